@@ -1,0 +1,38 @@
+#!/usr/bin/env python3
+"""Adds up what meson's test logs say: one line, `N passed, N failed, N skipped`. A cmocka program counts with each of its tests, any
+other program as one. Exit status 1 where something failed or nothing ran."""
+import json
+import re
+import sys
+
+SUMMARY = {"passed": "PASSED", "failed": "FAILED", "skipped": "SKIPPED"}
+
+
+def count(entry):
+    """(passed, failed, skipped) of one meson test."""
+    text = (entry.get("stdout") or "") + "\n" + (entry.get("stderr") or "")
+    result = entry["result"]
+    good = result in ("OK", "EXPECTEDFAIL")
+    if result == "SKIP":
+        return 0, 0, 1
+    # cmocka closes each group with "[  PASSED  ] 12 test(s)." and the like.
+    found = {k: sum(int(n) for n in re.findall(r"\[  %s ?\s*\] (\d+) test\(s\)" % word, text)) for k, word in SUMMARY.items()}
+    if not any(found.values()):
+        return (1, 0, 0) if good else (0, 1, 0)
+    # A crash, a sanitizer's report or a time limit fails the program whatever its tests had said by then.
+    if not good and not found["failed"]:
+        found["failed"] = 1
+    return found["passed"], found["failed"], found["skipped"]
+
+
+def main(paths):
+    total = [0, 0, 0]
+    for path in paths:
+        with open(path, encoding="utf-8") as log:
+            for line in log:
+                total = [a + b for a, b in zip(total, count(json.loads(line)))]
+    print("%d passed, %d failed, %d skipped" % tuple(total))
+    return 1 if total[1] or not total[0] else 0
+
+
+sys.exit(main(sys.argv[1:]))
