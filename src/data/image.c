@@ -88,8 +88,8 @@ static void compare_pixels(const struct pel_image *a, const struct pel_image *b,
 }
 
 /* Structural similarity after Wang, Bovik, Sheikh, Simoncelli: Image Quality Assessment: From Error Visibility to Structural Similarity,
- * 2004. Only windows that lie wholly inside count, as in the authors' program; a picture narrower than the window shrinks it. The Gaussian is
- * separable: rows are filtered as they come into a ring of as many rows as the window is high, then the ring is filtered downwards. */
+ * 2004. Only windows that lie wholly inside count, as in the authors' program; a picture narrower than the window shrinks it. The Gaussian
+ * is separable: rows are filtered as they come into a ring of as many rows as the window is high, then the ring is filtered downwards. */
 enum { MEAN_A, MEAN_B, SQUARE_A, SQUARE_B, PRODUCT, MOMENTS };
 #define WINDOW 11
 

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /* Are the samples labels (a segmentation) or a signal? Interpolating labels shows tissues that are not there, so it is worth a look; a
- * signal taken for labels would show staircases, so the answer is yes only where several signs agree. Along sampled rows runs of equal values are
- * found, and every step from a run to the next is judged:
+ * signal taken for labels would show staircases, so the answer is yes only where several signs agree. Along sampled rows runs of equal
+ * values are found, and every step from a run to the next is judged:
  *   - a signal leads from one value to another through those between them; labels jump across values that exist elsewhere;
  *   - a reconstructed edge leaves single samples of a middle value between two runs (partial volume); labels hardly do;
  *   - labels are constant inside, a signal that happens to have few values still has noise.
