@@ -2,10 +2,25 @@
 /* The list of computed data sets. To add one: a file beside this one, and one line here. */
 #include <pellucid/dataset.h>
 
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
+#include "fail.h"
+#include "grid.h"
+
 static const struct pel_dataset *const datasets[] = {
+    &pel_dataset_hydrogen,
+    &pel_dataset_marschner_lobb,
+    &pel_dataset_shepp_logan,
+    &pel_dataset_gyroid,
+    &pel_dataset_sphere,
+    &pel_dataset_shell,
+    &pel_dataset_box,
+    &pel_dataset_torus,
+    &pel_dataset_constant,
+    &pel_dataset_tornado,
+    &pel_dataset_abc,
     NULL,
 };
 
@@ -34,9 +49,9 @@ bool pel_dataset_make(const struct pel_dataset *dataset, const void *params, str
 {
     if (!dataset->make(params, volume, error)) {
         pel_volume_finish(volume);
-        return false;
+        return pel_fail_in(error, "%s: ", dataset->name);
     }
-    strncpy(volume->name, dataset->name, sizeof volume->name - 1);
+    snprintf(volume->name, sizeof volume->name, "%s", dataset->name);
     pel_volume_update_range(volume);
     return true;
 }
