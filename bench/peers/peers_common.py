@@ -111,10 +111,10 @@ class Stage:
         """Warm up, then time the orbit. Where budget_s is set and slow_ms (a known frame time) would break it, fewer of
         the same views are timed, spread over the orbit (at least 2; 1 where it takes 9 s), after one warm-up or none."""
         n, w = self.doc["frames"], self.doc["warmup"]
-        ks, warm = range(w + 1, w + 1 + n), range(1, w + 1)
+        ks, warm = range(n), range(-w, 0)
         if budget_s and slow_ms * n > budget_s * 1e3:
             m = max(1 if slow_ms >= 9000 else 2, int(budget_s * 1e3 / slow_ms))
-            ks = [int(round(w + 0.5 + (i + 0.5) * n / m)) for i in range(m)]
+            ks = [int((i + 0.5) * n / m) for i in range(m)]
             warm = warm[-1:] if slow_ms < 5000 else []
         for k in warm:
             self.frame(k)

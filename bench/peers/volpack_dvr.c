@@ -144,7 +144,7 @@ int main(int argc, char **argv)
     double classify_ms = now_ms() - t0, first_ms = 0, frames[64], raw[64], edits[64];
     for (int k = 0; k < 1 + s.warmup + s.frames; k++) {
         t0 = now_ms();
-        view(vpc, &s, k);
+        view(vpc, &s, k ? k - 1 - s.warmup : 0);
         ok(vpc, vpShadeTable(vpc), "shade table");
         ok(vpc, vpRenderClassifiedVolume(vpc), "render");
         double ms = now_ms() - t0;

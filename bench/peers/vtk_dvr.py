@@ -5,7 +5,8 @@
 
 gpu: vtkGPUVolumeRayCastMapper on whatever GL is there. cpu: vtkFixedPointVolumeRayCastMapper (its finished image still goes to the screen
 as one GL quad, inside the timing; it has no additive blend, so it has no X-ray). No jitter, no automatic sample distance, one ray a pixel.
-Frame 0 is cold and is the picture saved; the next two warm up; the rest are timed. Edits of the transfer function are timed at frame 0's view.
+The first frame is cold and is the picture saved; two more warm up, then the orbit is timed from the first view on. Edits of the transfer function are
+timed at the first view.
 """
 import argparse, os, time
 import vtk
