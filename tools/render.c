@@ -1,0 +1,243 @@
+/* SPDX-License-Identifier: MIT */
+/* pellucid render: a picture of a volume, or a turn around it. */
+#include <errno.h>
+#include <inttypes.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+#include "commands.h"
+#include "scene_arguments.h"
+
+enum stats_form { STATS_NONE, STATS_TEXT, STATS_JSON };
+
+struct values {
+    struct scene_arguments scene;
+    char output[PEL_OPTION_TEXT_SIZE], depth[PEL_OPTION_TEXT_SIZE], save_scene[PEL_OPTION_TEXT_SIZE];
+    bool alpha;
+    int compression, turntable;
+    int stats; /* enum stats_form */
+};
+
+static const char *const stats_names[] = { "none", "text", "json", NULL };
+
+#define FIELD(name) offsetof(struct values, name)
+static const struct pel_option rows[] = {
+    { "output", "Output", "Picture to write: NAME.png (8 bits, sRGB), NAME.nrrd (float RGBA, premultiplied), or - for a PNG on standard output",
+      PEL_OPTION_TEXT, FIELD(output), 0, 0, NULL, NULL, NULL },
+    { "alpha", "Alpha", "Keep the transparency in a PNG instead of painting the background", PEL_OPTION_BOOL, FIELD(alpha), 0, 0, "false", NULL, NULL },
+    { "compression", "Compression", "Effort of the PNG compression", PEL_OPTION_INT, FIELD(compression), 0, 9, "3", NULL, NULL },
+    { "depth", "Depth", "Write the distance along each ray as float NRRD", PEL_OPTION_TEXT, FIELD(depth), 0, 0, NULL, NULL, NULL },
+    { "turntable", "Turntable", "Draw this many pictures in one turn about the view-up: NAME_0000.png, NAME_0001.png, ...", PEL_OPTION_INT,
+      FIELD(turntable), 1, 9999, NULL, NULL, "pictures" },
+    { "save-scene", "Save scene", "Write all that decides the picture as a scene file, for --scene", PEL_OPTION_TEXT, FIELD(save_scene), 0, 0, NULL, NULL,
+      NULL },
+    { "stats", "Statistics",
+      "Tell the time of each stage and what was skipped: text on standard error, json on standard output (on standard error with -o -)",
+      PEL_OPTION_CHOICE, FIELD(stats), 0, 0, "none", stats_names, NULL },
+    { NULL },
+};
+static const struct option_extra extras[] = {
+    { "output", 'o', "FILE", NULL, false },     { "depth", 0, "FILE.nrrd", NULL, false }, { "save-scene", 0, "FILE.json", NULL, false },
+    { "stats", 0, "text|json", "text", false }, { "turntable", 0, "N", NULL, false },     { NULL },
+};
+static const struct option_group groups[] = { SCENE_OPTION_GROUPS, { "Output", rows, extras }, { NULL } };
+
+static bool has_ending(const char *path, const char *ending)
+{
+    size_t length = strlen(path), tail = strlen(ending);
+    return length > tail && strcmp(path + length - tail, ending) == 0;
+}
+
+/* What can be refused before the work is done. */
+static bool check_output(const struct values *values, const struct arguments *arguments, struct pel_error *error)
+{
+    const char *output = values->output;
+    bool turntable = arguments_given(arguments, "turntable");
+    if (!output[0] && !values->depth[0] && !values->save_scene[0])
+        return tool_fail(error, PEL_ERROR_ARGUMENT, "render: nowhere to put the picture; give -o NAME.png");
+    if (output[0] && strcmp(output, "-") != 0 && !has_ending(output, ".png") && !has_ending(output, ".nrrd"))
+        return tool_fail(error, PEL_ERROR_ARGUMENT, "%.300s: pictures are written as .png or .nrrd; give one of these endings", output);
+    if (values->depth[0] && !has_ending(values->depth, ".nrrd"))
+        return tool_fail(error, PEL_ERROR_ARGUMENT, "%.300s: depth is written as .nrrd; give this ending", values->depth);
+    if (turntable && (!output[0] || strcmp(output, "-") == 0))
+        return tool_fail(error, PEL_ERROR_ARGUMENT, "--turntable writes numbered files; give -o NAME.png");
+    if (strcmp(output, "-") == 0 && isatty(STDOUT_FILENO))
+        return tool_fail(error, PEL_ERROR_ARGUMENT, "standard output is a terminal; a picture belongs into a file or a pipe");
+    const char *const paths[] = { output, values->depth, values->save_scene };
+    for (size_t i = 0; i < sizeof paths / sizeof paths[0]; i++) {
+        char folder[PEL_OPTION_TEXT_SIZE];
+        snprintf(folder, sizeof folder, "%s", paths[i]);
+        char *slash = strrchr(folder, '/');
+        if (!slash || strcmp(paths[i], "-") == 0)
+            continue;
+        slash[slash == folder] = 0;
+        if (access(folder, F_OK) != 0)
+            return tool_fail(error, PEL_ERROR_IO, "%.300s: there is no folder %.120s: %s", paths[i], folder, strerror(errno));
+    }
+    return true;
+}
+
+/* NAME.png -> NAME_0007.png */
+static bool numbered(const char *path, int number, char *text, size_t size, struct pel_error *error)
+{
+    const char *dot = strrchr(path, '.');
+    int length = snprintf(text, size, "%.*s_%04d%s", (int)(dot - path), path, number, dot);
+    return length < (int)size || tool_fail(error, PEL_ERROR_ARGUMENT, "the output's path is too long");
+}
+
+static bool write_pictures(const struct values *values, const struct loaded_scene *loaded, const struct pel_image *image, int number,
+                           struct pel_error *error)
+{
+    struct pel_image_write_params params = PEL_IMAGE_WRITE_PARAMS_INIT;
+    char path[PEL_OPTION_TEXT_SIZE];
+    params.keep_alpha = values->alpha;
+    params.compression = values->compression;
+    memcpy(params.background, loaded->scene.background, sizeof params.background);
+    if (values->output[0]) {
+        if (number >= 0 && !numbered(values->output, number, path, sizeof path, error))
+            return false;
+        const char *name = number >= 0 ? path : values->output;
+        if (!pel_write_image(name, image, &params, error))
+            return tool_fail_in(error, strcmp(name, "-") == 0 ? "standard output" : name);
+    }
+    if (values->depth[0]) {
+        if (number >= 0 && !numbered(values->depth, number, path, sizeof path, error))
+            return false;
+        const char *name = number >= 0 ? path : values->depth;
+        if (!pel_write_depth(name, image, error)) {
+            /* Both or none. */
+            if (values->output[0] && number < 0 && strcmp(values->output, "-") != 0)
+                unlink(values->output);
+            return tool_fail_in(error, name);
+        }
+    }
+    return true;
+}
+
+static void print_stats_text(const struct pel_frame_stats *stats, const struct loaded_scene *loaded)
+{
+    fprintf(stderr, "technique   %s on %s%s%s, %d thread%s\n", stats->technique, stats->device, stats->isa ? " " : "", stats->isa ? stats->isa : "",
+            stats->threads, stats->threads == 1 ? "" : "s");
+    fprintf(stderr, "%-28s %12.3f ms\n", "load", loaded->load_ms);
+    for (int i = 0; i < stats->stage_count; i++) {
+        fprintf(stderr, "%-28s %12.3f ms", stats->stages[i].name, stats->stages[i].cpu_ms);
+        fprintf(stderr, stats->stages[i].gpu_ms >= 0 ? " %12.3f ms on the GPU\n" : "\n", stats->stages[i].gpu_ms);
+    }
+    for (int i = 0; i < stats->counter_count; i++)
+        fprintf(stderr, "%-28s %12" PRIu64 "\n", stats->counters[i].name, stats->counters[i].value);
+}
+
+/* {"technique", "device", "isa", "threads", "load_ms", "stages": [{"name", "cpu_ms", "gpu_ms"}], "counters": {name: value}} */
+static bool print_stats_json(const struct pel_frame_stats *stats, const struct loaded_scene *loaded, FILE *stream)
+{
+    json_t *stages = json_array(), *counters = json_object();
+    for (int i = 0; i < stats->stage_count; i++)
+        json_array_append_new(stages, json_pack("{s:s, s:f, s:o}", "name", stats->stages[i].name, "cpu_ms", stats->stages[i].cpu_ms, "gpu_ms",
+                                                stats->stages[i].gpu_ms >= 0 ? json_number(stats->stages[i].gpu_ms) : json_null()));
+    for (int i = 0; i < stats->counter_count; i++)
+        json_object_set_new(counters, stats->counters[i].name, json_integer((json_int_t)stats->counters[i].value));
+    return json_print(json_pack("{s:s, s:s, s:s?, s:i, s:f, s:o, s:o}", "technique", stats->technique, "device", stats->device, "isa", stats->isa,
+                                "threads", stats->threads, "load_ms", loaded->load_ms, "stages", stages, "counters", counters),
+                      stream);
+}
+
+static bool print_stats(const struct values *values, const struct pel_renderer *renderer, const struct loaded_scene *loaded, struct pel_error *error)
+{
+    const struct pel_frame_stats *stats = pel_renderer_stats(renderer);
+    if (values->stats == STATS_TEXT)
+        print_stats_text(stats, loaded);
+    if (values->stats == STATS_JSON && !print_stats_json(stats, loaded, strcmp(values->output, "-") == 0 ? stderr : stdout))
+        return tool_fail(error, PEL_ERROR_MEMORY, "no memory for the statistics");
+    return true;
+}
+
+static bool save_scene(const struct values *values, const struct arguments *arguments, const struct loaded_scene *loaded, struct pel_error *error)
+{
+    if (!values->save_scene[0])
+        return true;
+    if (!values->scene.quiet && (arguments_given(arguments, "spacing") || arguments_given(arguments, "void")))
+        tool_note("%s: a scene file does not hold --spacing and --void; give them again with --scene", values->save_scene);
+    return pel_write_scene(values->save_scene, &loaded->scene, error) || tool_fail_in(error, values->save_scene);
+}
+
+static bool draw(const struct values *values, const struct arguments *arguments, struct loaded_scene *loaded, struct progress *progress,
+                 struct pel_error *error)
+{
+    struct pel_renderer_params params = PEL_RENDERER_PARAMS_INIT;
+    struct pel_image image;
+    bool fine = false, turntable = arguments_given(arguments, "turntable");
+    int frames = turntable ? values->turntable : 1;
+    params.threads = values->scene.threads;
+    params.progress = progress_callback(progress);
+    pel_image_init(&image);
+    struct pel_renderer *renderer = pel_renderer_create(&params, error);
+    if (!renderer || !pel_image_allocate(&image, values->scene.size[0], values->scene.size[1], values->depth[0], error))
+        goto cleanup;
+    progress_begin(progress, "drawing", frames);
+    for (int i = 0; i < frames; i++) {
+        progress->part = i;
+        if (turntable)
+            scene_move_camera(loaded, &values->scene, 360.0 * i / frames);
+        if (!pel_renderer_draw(renderer, &loaded->scene, loaded->technique, &image, error))
+            goto cleanup;
+        if (interruption()) {
+            tool_fail(error, PEL_ERROR_CANCELLED, "interrupted");
+            goto cleanup;
+        }
+        if (!write_pictures(values, loaded, &image, turntable ? i : -1, error))
+            goto cleanup;
+    }
+    progress_end(progress);
+    fine = print_stats(values, renderer, loaded, error);
+cleanup:
+    progress_end(progress);
+    pel_renderer_destroy(renderer);
+    pel_image_finish(&image);
+    return fine;
+}
+
+static int run(const struct command *command, int argc, char **argv)
+{
+    static struct values values;
+    static struct loaded_scene loaded;
+    struct arguments arguments = { .command = command };
+    scene_arguments_attach(&arguments, &values.scene);
+    arguments.objects[GROUP_OWN] = &values;
+    int status = arguments_parse_operands(&arguments, argc, argv, 0, 1);
+    if (status >= 0)
+        return status;
+    struct pel_error error = PEL_ERROR_INIT;
+    struct progress progress;
+    progress_init(&progress, values.scene.quiet);
+    if (!check_output(&values, &arguments, &error) ||
+        !scene_load(&loaded, &arguments, &values.scene, arguments.operand_count ? arguments.operands[0] : NULL, &progress, &error))
+        return tool_report(&error);
+    /* The scene last: where a picture fails, no scene file is left behind either. The turntable's scene is its first picture's. */
+    bool fine = (!values.output[0] && !values.depth[0]) || draw(&values, &arguments, &loaded, &progress, &error);
+    if (fine) {
+        scene_move_camera(&loaded, &values.scene, 0);
+        fine = save_scene(&values, &arguments, &loaded, &error);
+    }
+    scene_unload(&loaded);
+    return tool_finish_stdout(fine ? EXIT_FINE : tool_report(&error));
+}
+
+const struct command command_render = {
+    .name = "render",
+    .summary = "Draw a picture of a volume",
+    .usage = "FILE -o PICTURE [options]",
+    .description = "FILE is a volume or field, or a folder with a DICOM series or TIFF slices. What is not said is chosen from the data: transfer function, "
+                   "camera, isovalue, slice. Of a vector field the magnitude is drawn.\n\n"
+                   "FILE may be left out where --scene names one. Everything is drawn before anything is written, and an interrupted run leaves no half "
+                   "picture.",
+    .examples = "  pellucid render scan.nii.gz -o scan.png\n"
+                "  pellucid render head.nrrd -o head.png --opacity 40:0,80:0.1,255:0.9 --colormap bone --shade\n"
+                "  pellucid render head.nrrd -o skin.png --isovalue 40,90 --iso-opacity 0.3,1 --azimuth 30 --size 1024x768\n"
+                "  pellucid render vessels.nrrd -o mip.png --mode mip --parallel\n"
+                "  pellucid render head.nrrd -o slice.png --slice 128,128,60,0,0,1\n"
+                "  pellucid render scan.nii.gz -o turn.png --turntable 90\n"
+                "  pellucid render scan.nii.gz -o - --stats json > scan.png",
+    .groups = groups,
+    .run = run,
+};
