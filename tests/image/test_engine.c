@@ -1,0 +1,416 @@
+/* SPDX-License-Identifier: MIT */
+/* The SIMD engine against the reference, and against itself: threads, skipping, instruction sets and what it remembers between draws must
+ * not be seen in the picture. */
+#include "pictures.h"
+
+enum { SIZE = 72 };
+
+/* One way to draw: mode, classification and the switches that matter to it. */
+struct way {
+    const char *name;
+    enum pel_mode mode;
+    enum pel_classification classification;
+    bool shade, jitter, linear_light, parallel;
+};
+
+static const struct way ways[] = {
+    { "post", PEL_MODE_COMPOSITE, PEL_CLASSIFICATION_POST, .shade = false },
+    { "post shaded", PEL_MODE_COMPOSITE, PEL_CLASSIFICATION_POST, .shade = true },
+    { "post shaded jitter", PEL_MODE_COMPOSITE, PEL_CLASSIFICATION_POST, .shade = true, .jitter = true },
+    { "post shaded linear light", PEL_MODE_COMPOSITE, PEL_CLASSIFICATION_POST, .shade = true, .linear_light = true },
+    { "post shaded parallel", PEL_MODE_COMPOSITE, PEL_CLASSIFICATION_POST, .shade = true, .parallel = true },
+    { "pre", PEL_MODE_COMPOSITE, PEL_CLASSIFICATION_PRE, .shade = false },
+    { "pre shaded", PEL_MODE_COMPOSITE, PEL_CLASSIFICATION_PRE, .shade = true, .jitter = true },
+    { "preintegrated", PEL_MODE_COMPOSITE, PEL_CLASSIFICATION_PREINTEGRATED, .shade = false },
+    { "preintegrated shaded", PEL_MODE_COMPOSITE, PEL_CLASSIFICATION_PREINTEGRATED, .shade = true },
+    { "preintegrated linear light", PEL_MODE_COMPOSITE, PEL_CLASSIFICATION_PREINTEGRATED, .linear_light = true, .jitter = true },
+    { "mip", PEL_MODE_MIP, PEL_CLASSIFICATION_POST, .shade = false },
+    { "mip jitter", PEL_MODE_MIP, PEL_CLASSIFICATION_PRE, .shade = true, .jitter = true },
+    { "minip", PEL_MODE_MINIP, PEL_CLASSIFICATION_POST, .shade = false },
+    { "average", PEL_MODE_AVERAGE, PEL_CLASSIFICATION_POST, .jitter = true },
+    { "xray", PEL_MODE_XRAY, PEL_CLASSIFICATION_POST, .shade = false },
+    { "xray jitter parallel", PEL_MODE_XRAY, PEL_CLASSIFICATION_PREINTEGRATED, .jitter = true, .parallel = true },
+    { "isosurface", PEL_MODE_ISOSURFACE, PEL_CLASSIFICATION_POST, .shade = false },
+    { "isosurface linear light parallel", PEL_MODE_ISOSURFACE, PEL_CLASSIFICATION_POST, .linear_light = true, .parallel = true },
+    { "slice", PEL_MODE_SLICE, PEL_CLASSIFICATION_POST, .shade = false },
+};
+enum { WAYS = sizeof ways / sizeof *ways };
+
+static void set_way(struct pel_scene *scene, const struct way *way)
+{
+    scene->render.mode = way->mode;
+    scene->render.classification = way->classification;
+    scene->render.shade = way->shade;
+    scene->render.jitter = way->jitter;
+    scene->linear_light = way->linear_light;
+    scene->camera.parallel = way->parallel;
+}
+
+/* A scene whose surfaces, slice and clip planes say something about the volume; `low` and `high` are values that bound its object. */
+static void make_full_scene(struct pel_scene *scene, const struct pel_volume *volume, double low, double high)
+{
+    struct pel_error error = PEL_ERROR_INIT;
+    const double d = high - low;
+    make_scene(scene, volume, NULL);
+    const struct pel_opacity_point opacities[] = { { low, 0 },             { low + 0.1 * d, 0.05 }, { low + 0.3 * d, 0.02 },
+                                                   { low + 0.5 * d, 0.3 }, { low + 0.8 * d, 0.25 }, { high, 0.8 } };
+    if (!pel_transfer_set_opacities(&scene->transfer, opacities, 6, &error) ||
+        !pel_transfer_set_colormap(&scene->transfer, "viridis", low, high, &error))
+        fail_msg("%s", error.message);
+    scene->isosurfaces[0] = (struct pel_isosurface){ low + 0.6 * d, { 1, 0.9, 0.8 }, 1 };
+    scene->isosurfaces[1] = (struct pel_isosurface){ low + 0.25 * d, { 0.4, 0.6, 1 }, 0.3 };
+    scene->isosurface_count = 2;
+    const double middle[3] = { (double)volume->dims[0] * 0.47, (double)volume->dims[1] * 0.47, (double)volume->dims[2] * 0.47 };
+    pel_volume_index_to_world(volume, middle, scene->slice.origin);
+    memcpy(scene->slice.normal, (double[3]){ 1, -2, 0.5 }, sizeof scene->slice.normal);
+}
+
+/* A computed data set, `size` samples along each axis; parameters as text, in pairs, NULL at the end. */
+static void compute(struct pel_volume *volume, const char *name, const char *const settings[])
+{
+    struct pel_error error = PEL_ERROR_INIT;
+    const struct pel_dataset *dataset = pel_dataset_find(name);
+    assert_non_null(dataset);
+    void *params = pel_dataset_create_params(dataset);
+    assert_non_null(params);
+    for (int i = 0; settings[i]; i += 2) {
+        const struct pel_option *row = pel_option_find(dataset->options, settings[i]);
+        if (!row || !pel_option_set(row, params, settings[i + 1], &error))
+            fail_msg("%s: %s: %s", name, settings[i], error.message);
+    }
+    pel_volume_init(volume);
+    if (!pel_dataset_make(dataset, params, volume, &error))
+        fail_msg("%s", error.message);
+    free(params);
+}
+
+/* Every way of drawing at half a voxel: PSNR of the engine against the reference, 50 dB or more; depth in all but a few pixels. */
+static void check_against_reference(struct pel_scene *scene, const char *name)
+{
+    double worst = INFINITY;
+    const float near = 0.01f * (float)pel_volume_least_spacing(scene->volume);
+    scene->render.step = 0.5;
+    for (int i = 0; i < WAYS; i++) {
+        struct pel_image truth, image;
+        int off = 0, seen = 0;
+        set_way(scene, &ways[i]);
+        draw(scene, "reference", SIZE, SIZE, &truth);
+        draw(scene, "raycast", SIZE, SIZE, &image);
+        for (int p = 0; p < SIZE * SIZE; p++) {
+            seen += truth.rgba[4 * p + 3] > 0.02f;
+            /* A sample more or less until the half is reached, or another of two equal extremes: in a few pixels rounding may decide. */
+            off += !(truth.depth[p] == image.depth[p] || fabsf(truth.depth[p] - image.depth[p]) < near);
+        }
+        double found = psnr(&truth, &image);
+        worst = fmin(worst, found);
+        check_at_least(seen, SIZE * SIZE / 20, "%s, %s: pixels where something is seen", name, ways[i].name);
+        check_at_least(found, 50, "%s, %s: PSNR of raycast against the reference, dB", name, ways[i].name);
+        check_at_most(off, SIZE * SIZE / 50, "%s, %s: pixels whose depth differs", name, ways[i].name);
+        pel_image_finish(&truth);
+        pel_image_finish(&image);
+    }
+    print_message("%s: least PSNR %.1f dB\n", name, worst);
+}
+
+static void test_marschner_lobb(void **state)
+{
+    (void)state;
+    struct pel_volume volume;
+    struct pel_scene scene;
+    compute(&volume, "marschner-lobb", (const char *const[]){ "size", "41", NULL });
+    make_full_scene(&scene, &volume, 0.3, 1);
+    check_against_reference(&scene, "Marschner-Lobb");
+    pel_scene_finish(&scene);
+    pel_volume_finish(&volume);
+}
+
+static void test_hydrogen(void **state)
+{
+    (void)state;
+    struct pel_volume volume;
+    struct pel_scene scene;
+    compute(&volume, "hydrogen", (const char *const[]){ "size", "64", NULL });
+    make_full_scene(&scene, &volume, 0.005 * volume.range[1], 0.8 * volume.range[1]);
+    check_against_reference(&scene, "hydrogen");
+    pel_scene_finish(&scene);
+    pel_volume_finish(&volume);
+}
+
+static void test_bonsai(void **state)
+{
+    (void)state;
+    const char *folder = getenv("PELLUCID_TEST_DATA");
+    struct pel_error error = PEL_ERROR_INIT;
+    struct pel_volume volume;
+    struct pel_scene scene;
+    char path[4096];
+    snprintf(path, sizeof path, "%s/bonsai.nii.gz", folder ? folder : "");
+    FILE *there = folder ? fopen(path, "rb") : NULL;
+    if (!there) {
+        print_message("SKIPPED: no real data: set PELLUCID_TEST_DATA to a folder with bonsai.nii.gz\n");
+        skip();
+    }
+    fclose(there);
+    const struct pel_read_params params = PEL_READ_PARAMS_INIT;
+    pel_volume_init(&volume);
+    if (!pel_read_volume(path, &params, &volume, NULL, &error))
+        fail_msg("%s", error.message);
+    make_full_scene(&scene, &volume, 30, 160);
+    check_against_reference(&scene, "bonsai");
+    pel_scene_finish(&scene);
+    pel_volume_finish(&volume);
+}
+
+/* A small volume with everything in it: materials, empty space, a hole of NaN. */
+static double assortment(const double index[3])
+{
+    double x = index[0] - 18, y = index[1] - 15, z = index[2] - 21, r = sqrt(x * x + y * y + z * z);
+    if (fabs(x + 4) < 2 && fabs(y) < 2 && fabs(z - 3) < 3)
+        return NAN;
+    return r > 13 ? 0 : r > 8 ? 40 + 10 * sin(x * 0.7) : 90 + 20 * cos(y * 0.9 + z * 0.4);
+}
+
+struct assorted {
+    struct pel_volume volume;
+    struct pel_scene scene;
+};
+
+static int make_assorted(void **state)
+{
+    struct assorted *a = calloc(1, sizeof *a);
+    make_volume(&a->volume, 37, 31, 43, PEL_F32, assortment);
+    memcpy(a->volume.spacing, (double[3]){ 1, 1.3, 0.9 }, sizeof a->volume.spacing);
+    make_full_scene(&a->scene, &a->volume, 5, 110);
+    a->scene.render.step = 0.7;
+    a->scene.render.termination = 0.98;
+    a->scene.clip_plane_count = 1;
+    pel_volume_index_to_world(&a->volume, (const double[3]){ 20, 20, 20 }, a->scene.clip_planes[0].origin);
+    memcpy(a->scene.clip_planes[0].normal, (double[3]){ 1, 5, 5 }, sizeof a->scene.clip_planes[0].normal);
+    *state = a;
+    return 0;
+}
+
+static int finish_assorted(void **state)
+{
+    struct assorted *a = *state;
+    pel_scene_finish(&a->scene);
+    pel_volume_finish(&a->volume);
+    free(a);
+    return 0;
+}
+
+static void test_threads(void **state)
+{
+    struct assorted *a = *state;
+    for (int t = 0; techniques[t]; t++)
+        for (int i = 0; i < WAYS; i++) {
+            struct pel_image one, image;
+            char what[96];
+            set_way(&a->scene, &ways[i]);
+            draw_with(&a->scene, techniques[t], 1, SIZE, SIZE - 5, &one);
+            for (int threads = 2; threads <= 3; threads++) {
+                draw_with(&a->scene, techniques[t], threads, SIZE, SIZE - 5, &image);
+                snprintf(what, sizeof what, "%s, %s: 1 thread against %d", techniques[t], ways[i].name, threads);
+                check_same_bytes(&one, &image, what);
+                pel_image_finish(&image);
+            }
+            pel_image_finish(&one);
+        }
+}
+
+/* Every mode, classification, shade, jitter, reconstruction and projection, with and without skipping. */
+static void check_skipping(struct pel_scene *scene, const char *name)
+{
+    for (int mode = 0; mode <= PEL_MODE_SLICE; mode++)
+        for (int variant = 0; variant < 3 * 2 * 2 * 2 * 2; variant++) {
+            struct pel_image with, without;
+            char what[128];
+            scene->render.mode = (enum pel_mode)mode;
+            scene->render.classification = (enum pel_classification)(variant % 3);
+            scene->render.shade = variant / 3 & 1;
+            scene->render.jitter = variant / 6 & 1;
+            scene->render.reconstruction = variant / 12 & 1 ? PEL_RECONSTRUCTION_NEAREST : PEL_RECONSTRUCTION_LINEAR;
+            scene->camera.parallel = variant / 24 & 1;
+            if (mode != PEL_MODE_COMPOSITE && variant / 3 & 1)
+                continue; /* the switch concerns composite alone */
+            scene->render.skip = true;
+            draw(scene, "raycast", 40, 36, &with);
+            scene->render.skip = false;
+            draw(scene, "raycast", 40, 36, &without);
+            snprintf(what, sizeof what, "%s, mode %d, classification %d, shade %d, jitter %d, nearest %d, parallel %d: skip or not",
+                     name, mode, variant % 3, variant / 3 & 1, variant / 6 & 1, variant / 12 & 1, variant / 24 & 1);
+            check_same_bytes(&with, &without, what);
+            pel_image_finish(&with);
+            pel_image_finish(&without);
+        }
+}
+
+static void test_skipping(void **state)
+{
+    struct assorted *a = *state;
+    check_skipping(&a->scene, "assortment");
+    a->scene.render.termination = 1;
+    a->scene.clip_plane_count = 0;
+    a->scene.linear_light = true;
+    a->scene.render.step = 1.7;
+    check_skipping(&a->scene, "assortment, long steps");
+}
+
+/* The same through integer samples and a sparse object: most of the volume is passed over. */
+static double sparse(const double index[3])
+{
+    double x = index[0] - 30, y = index[1] - 31, z = index[2] - 29, r = sqrt(x * x + y * y);
+    return fabs(r - 18) < 1.5 && fabs(z) < 20 ? 200 : fabs(z - 0.4 * x) < 0.7 ? 60 : 0;
+}
+
+static void test_skipping_sparse(void **state)
+{
+    (void)state;
+    const enum pel_type types[] = { PEL_U8, PEL_I16 };
+    for (int i = 0; i < 2; i++) {
+        struct pel_volume volume;
+        struct pel_scene scene;
+        make_volume(&volume, 64, 61, 58, types[i], sparse);
+        make_full_scene(&scene, &volume, 30, 220);
+        scene.render.step = 1;
+        check_skipping(&scene, pel_type_name(types[i]));
+        pel_scene_finish(&scene);
+        pel_volume_finish(&volume);
+    }
+}
+
+/* The instruction sets that this machine has; the first always. */
+static int available_isas(const char *names[3])
+{
+    int count = 0;
+#if defined(__x86_64__)
+    __builtin_cpu_init();
+    if (__builtin_cpu_supports("sse4.2") && __builtin_cpu_supports("popcnt"))
+        names[count++] = "x86-64-v2";
+    if (__builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma") && __builtin_cpu_supports("bmi2"))
+        names[count++] = "x86-64-v3";
+    if (__builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512bw") && __builtin_cpu_supports("avx512vl") &&
+        __builtin_cpu_supports("avx512dq") && __builtin_cpu_supports("avx512cd"))
+        names[count++] = "x86-64-v4";
+#else
+    (void)names;
+#endif
+    return count;
+}
+
+/* Draws with PELLUCID_ISA set, and sees to it that the kernels are those that were asked for. */
+static void draw_isa(const struct pel_scene *scene, const char *isa, struct pel_image *image)
+{
+    struct pel_error error = PEL_ERROR_INIT;
+    struct pel_renderer_params params = PEL_RENDERER_PARAMS_INIT;
+    char old[64] = "";
+    if (getenv("PELLUCID_ISA"))
+        snprintf(old, sizeof old, "%s", getenv("PELLUCID_ISA"));
+    setenv("PELLUCID_ISA", isa, 1);
+    struct pel_renderer *renderer = pel_renderer_create(&params, &error);
+    if (*old)
+        setenv("PELLUCID_ISA", old, 1);
+    else
+        unsetenv("PELLUCID_ISA");
+    if (!renderer)
+        fail_msg("%s: %s", isa, error.message);
+    pel_image_init(image);
+    if (!pel_image_allocate(image, SIZE, SIZE, true, &error) || !pel_renderer_draw(renderer, scene, "raycast", image, &error))
+        fail_msg("%s: %s", isa, error.message);
+    assert_string_equal(pel_renderer_stats(renderer)->isa, isa);
+    pel_renderer_destroy(renderer);
+}
+
+static void test_instruction_sets(void **state)
+{
+    struct assorted *a = *state;
+    const char *names[3];
+    int count = available_isas(names);
+    if (count < 2) {
+        print_message("SKIPPED: this machine has one instruction set of the kernels at most\n");
+        skip();
+    }
+    for (int i = 0; i < WAYS; i++) {
+        struct pel_image first, image;
+        set_way(&a->scene, &ways[i]);
+        draw_isa(&a->scene, names[0], &first);
+        for (int isa = 1; isa < count; isa++) {
+            draw_isa(&a->scene, names[isa], &image);
+            check_at_most(largest_difference(&first, &image), 1e-4, "%s: %s against %s", ways[i].name, names[isa], names[0]);
+            pel_image_finish(&image);
+        }
+        pel_image_finish(&first);
+    }
+}
+
+/* One renderer through a series of changes gives what a new one would: nothing stale is kept. */
+static void check_fresh(struct pel_renderer *renderer, const struct pel_scene *scene, const char *what)
+{
+    struct pel_error error = PEL_ERROR_INIT;
+    struct pel_image kept, fresh;
+    pel_image_init(&kept);
+    if (!pel_image_allocate(&kept, SIZE, SIZE, true, &error) || !pel_renderer_draw(renderer, scene, "raycast", &kept, &error))
+        fail_msg("%s: %s", what, error.message);
+    draw(scene, "raycast", SIZE, SIZE, &fresh);
+    check_same_bytes(&kept, &fresh, what);
+    pel_image_finish(&kept);
+    pel_image_finish(&fresh);
+}
+
+static void test_changes(void **state)
+{
+    struct assorted *a = *state;
+    struct pel_error error = PEL_ERROR_INIT;
+    struct pel_renderer_params params = PEL_RENDERER_PARAMS_INIT;
+    struct pel_renderer *renderer = pel_renderer_create(&params, &error);
+    assert_non_null(renderer);
+    check_fresh(renderer, &a->scene, "first draw");
+    assert_true(pel_transfer_parse_opacity(&a->scene.transfer, "30:0,35:0.5,60:0", NULL));
+    check_fresh(renderer, &a->scene, "changed opacity");
+    assert_true(pel_transfer_set_colormap(&a->scene.transfer, "plasma", 0, 60, NULL));
+    check_fresh(renderer, &a->scene, "changed colours");
+    a->scene.transfer.unit_distance *= 3;
+    check_fresh(renderer, &a->scene, "changed unit distance");
+    for (int i = 0; i < WAYS; i++) {
+        set_way(&a->scene, &ways[i]);
+        check_fresh(renderer, &a->scene, ways[i].name);
+    }
+    set_way(&a->scene, &ways[16]);
+    a->scene.isosurfaces[0].value = 95;
+    check_fresh(renderer, &a->scene, "changed isovalue");
+    a->scene.isosurface_count = 1;
+    check_fresh(renderer, &a->scene, "one isosurface less");
+    set_way(&a->scene, &ways[1]);
+    a->scene.render.reconstruction = PEL_RECONSTRUCTION_NEAREST;
+    check_fresh(renderer, &a->scene, "changed reconstruction");
+    a->scene.render.step = 0.3;
+    pel_camera_azimuth(&a->scene.camera, 50);
+    check_fresh(renderer, &a->scene, "changed step and camera");
+    for (size_t i = 0; i < pel_volume_samples(&a->volume); i++)
+        ((float *)a->volume.data)[i] = 100 - ((float *)a->volume.data)[i];
+    pel_volume_update_range(&a->volume);
+    pel_renderer_invalidate(renderer);
+    check_fresh(renderer, &a->scene, "changed samples");
+    struct pel_volume other;
+    make_volume(&other, 30, 31, 32, PEL_U8, sparse);
+    a->scene.volume = &other;
+    pel_camera_fit(&a->scene.camera, &other, SIZE, SIZE);
+    check_fresh(renderer, &a->scene, "another volume");
+    pel_volume_finish(&other);
+    pel_renderer_destroy(renderer);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_marschner_lobb),
+        cmocka_unit_test(test_hydrogen),
+        cmocka_unit_test(test_bonsai),
+        cmocka_unit_test_setup_teardown(test_threads, make_assorted, finish_assorted),
+        cmocka_unit_test_setup_teardown(test_skipping, make_assorted, finish_assorted),
+        cmocka_unit_test(test_skipping_sparse),
+        cmocka_unit_test_setup_teardown(test_instruction_sets, make_assorted, finish_assorted),
+        cmocka_unit_test_setup_teardown(test_changes, make_assorted, finish_assorted),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
