@@ -178,7 +178,7 @@ static bool read_size(const struct pel_option *row, const char *text, int size[2
     return true;
 }
 
-static bool set_vector(const struct pel_option *row, double *field, int count, const char *wanted, const char *text,
+static bool set_numbers(const struct pel_option *row, double *field, int count, const char *wanted, const char *text,
                        struct pel_error *error)
 {
     double values[MAX_NUMBERS];
@@ -213,7 +213,6 @@ static bool set_text(const struct pel_option *row, char *field, const char *text
 
 static bool set(const struct pel_option *row, void *field, const char *text, struct pel_error *error)
 {
-    double number;
     long integer;
     double rgba[4];
     switch (row->type) {
@@ -225,18 +224,15 @@ static bool set(const struct pel_option *row, void *field, const char *text, str
         *(int *)field = (int)integer;
         return true;
     case PEL_OPTION_DOUBLE:
-        if (read_list(text, (double[MAX_NUMBERS]){ 0 }) != 1 || !read_number(&text, &number) || !in_range(row, &number, 1))
-            return refuse(row, text, "a number", error);
-        *(double *)field = number;
-        return true;
+        return set_numbers(row, field, 1, "a number", text, error);
     case PEL_OPTION_CHOICE:
         return set_choice(row, field, text, error);
     case PEL_OPTION_VEC2:
-        return set_vector(row, field, 2, "two numbers \"a,b\", each", text, error);
+        return set_numbers(row, field, 2, "two numbers \"a,b\", each", text, error);
     case PEL_OPTION_VEC3:
-        return set_vector(row, field, 3, "three numbers \"x,y,z\", each", text, error);
+        return set_numbers(row, field, 3, "three numbers \"x,y,z\", each", text, error);
     case PEL_OPTION_VEC6:
-        return set_vector(row, field, 6, "six numbers with commas between, each", text, error);
+        return set_numbers(row, field, 6, "six numbers with commas between, each", text, error);
     case PEL_OPTION_COLOR:
         if (!read_color(text, rgba))
             return refuse(row, text, "a colour: \"r,g,b\" or \"r,g,b,a\" from 0 to 1, \"#rrggbb\", black, white, gray, transparent", error);
