@@ -1,0 +1,330 @@
+/* SPDX-License-Identifier: MIT */
+/* The reasoning, in order:
+ *   1. an interval that a few outliers cannot spoil: the quantiles of a sparse sample, then those of a fine histogram without its mode;
+ *   2. a histogram over it, with the mean gradient at each value;
+ *   3. the background is the mode, if enough of the volume is near it. If nothing is, the values fill the box;
+ *   4. the first peak above the background is the outermost material. Between the two the mean gradient is greatest in the middle
+ *      of their boundary (Kindlmann and Durkin's observation): that is the isovalue. With no such peak the isovalue encloses a share of the total. */
+#include "survey.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include <pellucid/statistics.h>
+
+#include "samples.h"
+
+enum {
+    SPARSE_SAMPLES = 32768, /* for the quantiles of step 1 */
+    FINE_BINS = 4096,
+    SLAB_SAMPLES = 4 << 20, /* looked at for a histogram, about */
+    SLAB_SLICES = 8,        /* thick enough that few gradients are cut at a slab's face */
+};
+
+static int by_value(const void *a, const void *b)
+{
+    double x = *(const double *)a, y = *(const double *)b;
+    return (x > y) - (x < y);
+}
+
+/* Least and greatest value but for 1 in 2000 at each end, from samples all over the volume; false where there are no finite ones. */
+static bool sparse_quantiles(const struct pel_volume *volume, double *lo, double *hi)
+{
+    size_t samples = pel_volume_samples(volume), stride = samples / SPARSE_SAMPLES + 1, n = 0;
+    double *values = malloc((samples / stride + 1) * sizeof *values);
+    if (!values)
+        return false;
+    for (size_t i = 0, k = 0; i < samples; i = ++k * stride + k * 7919 % stride) { /* a regular stride would keep to few columns */
+        double value;
+        pel_samples_load(volume, i, 1, &value);
+        if (isfinite(value))
+            values[n++] = value;
+    }
+    qsort(values, n, sizeof *values, by_value);
+    if (n > 0) {
+        *lo = values[n / 2000];
+        *hi = values[n - 1 - n / 2000];
+    }
+    free(values);
+    return n > 0;
+}
+
+/* Adds the histogram of slabs that stand for the whole volume. */
+static bool add_slabs(const struct pel_volume *volume, double lo, double hi, size_t bins, double *count, double *gradient)
+{
+    size_t slice = volume->dims[0] * volume->dims[1], nz = volume->dims[2], wanted = SLAB_SAMPLES / slice + SLAB_SLICES;
+    size_t step = SLAB_SLICES * (nz / wanted + 1), bytes = slice * pel_type_size(volume->type) * (size_t)volume->components;
+    for (size_t z = 0; z < nz; z += nz > wanted ? step : nz) {
+        struct pel_volume slab = *volume;
+        slab.data = (char *)volume->data + z * bytes;
+        slab.dims[2] = nz > wanted && nz - z > SLAB_SLICES ? SLAB_SLICES : nz - z;
+        struct pel_histogram h;
+        if (!pel_histogram_init(&h, &slab, lo, hi, bins, gradient != NULL, NULL))
+            return false;
+        for (size_t i = 0; i < bins; i++) {
+            count[i] += (double)h.bins[i];
+            if (gradient)
+                gradient[i] += h.gradient_sum[i];
+        }
+        pel_histogram_finish(&h);
+    }
+    return true;
+}
+
+static bool is_integer(const struct pel_volume *volume)
+{
+    return volume->type < PEL_F32 && volume->components == 1;
+}
+
+/* Bins of equal numbers of integers, or PEL_SURVEY_BINS; widens lo and hi by half a step for integers. */
+static int choose_bins(const struct pel_volume *volume, double *lo, double *hi)
+{
+    if (!is_integer(volume))
+        return PEL_SURVEY_BINS;
+    double values = floor(*hi) - ceil(*lo) + 1, width = ceil(values / PEL_SURVEY_BINS);
+    int bins = (int)ceil(values / width);
+    *lo = ceil(*lo) - 0.5;
+    *hi = *lo + bins * width;
+    return bins < 1 ? 1 : bins;
+}
+
+/* Narrows the interval to the values of all but a few thousandths of the samples outside the mode. */
+static bool narrow(const struct pel_volume *volume, double *lo, double *hi)
+{
+    double *count = calloc(FINE_BINS, sizeof *count), total = 0, below = 0, sum = 0;
+    if (!count || !add_slabs(volume, *lo, *hi, FINE_BINS, count, NULL)) {
+        free(count);
+        return false;
+    }
+    int mode = 0, first = 0, last = FINE_BINS - 1;
+    for (int i = 0; i < FINE_BINS; i++)
+        mode = count[i] > count[mode] ? i : mode;
+    for (int i = 0; i < FINE_BINS; i++)
+        total += i == mode ? 0 : count[i];
+    for (int i = 0; i < FINE_BINS; i++) {
+        sum += i == mode ? 0 : count[i];
+        if (sum <= total * 0.001)
+            first = i;
+        if (below <= total * 0.996)
+            last = i;
+        below = sum;
+    }
+    first = mode < first ? mode : first;
+    last = mode > last ? mode : last;
+    double width = (*hi - *lo) / FINE_BINS, start = *lo;
+    if (total > 0) {
+        *lo = start + width * first;
+        *hi = start + width * (last + 1);
+    }
+    free(count);
+    return true;
+}
+
+static void smooth(const double *in, double *out, int n, double sigma)
+{
+    int radius = (int)ceil(3 * sigma);
+    for (int i = 0; i < n; i++) {
+        double sum = 0, weights = 0;
+        for (int j = i - radius < 0 ? 0 : i - radius; j <= i + radius && j < n; j++) {
+            double w = exp(-(j - i) * (j - i) / (2 * sigma * sigma));
+            sum += w * in[j];
+            weights += w;
+        }
+        out[i] = sum / weights;
+    }
+}
+
+static bool fill_bins(const struct pel_volume *volume, struct pel_survey *s)
+{
+    double gradient[PEL_SURVEY_BINS] = { 0 }, total = 0, most = 0;
+    if (!add_slabs(volume, s->lo, s->hi, (size_t)s->bins, s->count, gradient))
+        return false;
+    for (int i = 0; i < s->bins; i++)
+        total += s->count[i];
+    if (!(total > 0))
+        return false;
+    for (int i = 0; i < s->bins; i++) {
+        s->count[i] /= total;
+        gradient[i] /= total;
+    }
+    double sigma = s->bins / 200.0 + 0.5;
+    smooth(s->count, s->smooth, s->bins, sigma);
+    smooth(gradient, s->gradient, s->bins, sigma);
+    for (int i = 0; i < s->bins; i++) {
+        /* Hardly any samples: their mean gradient says nothing, and must not set the scale. */
+        s->gradient[i] = s->smooth[i] > 0 ? s->gradient[i] / s->smooth[i] : 0;
+        if (s->smooth[i] > 2e-6)
+            most = fmax(most, s->gradient[i]);
+    }
+    for (int i = 0; i < s->bins; i++)
+        s->gradient[i] = most > 0 ? fmin(s->gradient[i] / most, 1) : 0;
+    return true;
+}
+
+static double share(const struct pel_survey *s, int first, int last)
+{
+    double sum = 0;
+    for (int i = first < 0 ? 0 : first; i <= last && i < s->bins; i++)
+        sum += s->count[i];
+    return sum;
+}
+
+/* The bin below which `part` of the share above `first` lies. */
+static int quantile(const struct pel_survey *s, int first, double part)
+{
+    double target = part * share(s, first, s->bins), sum = 0;
+    for (int i = first; i < s->bins; i++) {
+        sum += s->count[i];
+        if (sum >= target && sum > 0)
+            return i;
+    }
+    return s->bins - 1;
+}
+
+/* Otsu: the split of least variance within. Returns the last bin of the lower class. */
+static int otsu(const struct pel_survey *s)
+{
+    double total = 0, below = 0, mass = 0, best = -1;
+    int split = 0;
+    for (int i = 0; i < s->bins; i++)
+        total += i * s->count[i];
+    for (int i = 0; i + 1 < s->bins; i++) {
+        mass += s->count[i];
+        below += i * s->count[i];
+        if (mass <= 0 || mass >= 1)
+            continue;
+        double d = below / mass - (total - below) / (1 - mass), between = mass * (1 - mass) * d * d;
+        if (between > best) {
+            best = between;
+            split = i;
+        }
+    }
+    return split;
+}
+
+/* The background's bin, or -1 where no value stands out. */
+static int find_background(const struct pel_survey *s, int window)
+{
+    int mode = 0;
+    double mean = 0;
+    for (int i = 0; i < s->bins; i++) {
+        mode = s->smooth[i] > s->smooth[mode] ? i : mode;
+        mean += i * s->count[i];
+    }
+    if (share(s, mode - window, mode + window) < 0.3)
+        return -1;
+    if (mode <= mean + window || share(s, 0, mode - window - 1) < 0.02)
+        return mode;
+    /* Most of the volume is material, brighter than the mean: what is dark is the background. */
+    int split = otsu(s), peak = 0;
+    for (int i = 0; i <= split; i++)
+        peak = s->smooth[i] > s->smooth[peak] ? i : peak;
+    return peak;
+}
+
+/* First peak above the background that is worth the name; -1 where values only fall off. */
+static int find_material(const struct pel_survey *s, int background, int window)
+{
+    double object = share(s, background + window + 1, s->bins);
+    int valley = background + window, last = s->bins - 1 - s->bins / 64; /* the last bins hold what was cut off: no peak */
+    for (int i = valley + 1; i < last; i++) {
+        if (s->smooth[i] < s->smooth[valley]) {
+            valley = i;
+        } else if (s->smooth[i] > s->smooth[i + 1] && s->smooth[i] > 1.4 * s->smooth[valley] &&
+                   share(s, valley, 2 * i - valley) > 0.02 * object) {
+            return i;
+        }
+    }
+    return -1;
+}
+
+/* Where the boundary between background and material shows: the steepest value, or a little before, where thin parts hold on. */
+static int find_boundary(const struct pel_survey *s, int background, int material)
+{
+    double most = 0;
+    for (int i = background + 1; i <= material; i++)
+        most = fmax(most, s->gradient[i]);
+    int middle = background + (material - background + 1) / 2;
+    for (int i = background + 1; i < middle; i++)
+        if (s->gradient[i] >= 0.9 * most)
+            return i;
+    return middle;
+}
+
+/* The bin above which `part` of the total of (value - background) lies. */
+static int enclose(const struct pel_survey *s, int background, double part)
+{
+    double total = 0, sum = 0;
+    for (int i = background; i < s->bins; i++)
+        total += s->count[i] * (i - background);
+    for (int i = s->bins - 1; i > background; i--) {
+        sum += s->count[i] * (i - background);
+        if (sum >= part * total)
+            return i;
+    }
+    return background + 1;
+}
+
+static void judge(struct pel_survey *s)
+{
+    int window = s->bins / 40 > 1 ? s->bins / 40 : 1, background = find_background(s, window), threshold, isovalue;
+    if (background < 0) {
+        s->kind = PEL_SURVEY_FULL;
+        threshold = quantile(s, 0, 0.3);
+        isovalue = quantile(s, 0, 0.9);
+        s->background = s->lo;
+    } else {
+        double below = share(s, 0, background - window - 1), above = share(s, background + window + 1, s->bins);
+        int material = find_material(s, background, window);
+        s->background = pel_survey_value(s, background);
+        if (background * 4 > s->bins && background * 4 < 3 * s->bins && below > 0.25 * above && above > 0.25 * below) {
+            s->kind = PEL_SURVEY_SIGNED;
+            isovalue = enclose(s, background, 0.6);
+            threshold = background + (isovalue - background + 2) / 3;
+        } else if (material >= 0) {
+            s->kind = PEL_SURVEY_MATERIALS;
+            isovalue = find_boundary(s, background, material);
+            threshold = background + (isovalue - background + 1) / 2;
+        } else {
+            s->kind = PEL_SURVEY_FIELD;
+            isovalue = enclose(s, background, 0.7);
+            threshold = background + (isovalue - background + 2) / 3;
+        }
+    }
+    if (isovalue >= s->bins)
+        isovalue = s->bins - 1;
+    s->fill = share(s, threshold, s->bins);
+    s->threshold = pel_survey_value(s, threshold - 0.5);
+    s->isovalue = pel_survey_value(s, isovalue);
+    s->top = pel_survey_value(s, quantile(s, threshold, 0.99));
+}
+
+void pel_survey_volume(const struct pel_volume *volume, struct pel_survey *s)
+{
+    double lo = volume->range[0], hi = volume->range[1], q_lo, q_hi;
+    *s = (struct pel_survey) { .kind = PEL_SURVEY_EMPTY, .extent = 1 };
+    s->lo = s->background = s->threshold = s->isovalue = isfinite(lo) ? lo : 0;
+    s->hi = s->top = s->lo + 1;
+    if (!volume->data || !isfinite(lo) || !isfinite(hi) || !(lo < hi))
+        return;
+    /* The histogram divides by hi - lo. */
+    lo = fmax(lo, -1e307);
+    hi = fmin(hi, 1e307);
+    if (sparse_quantiles(volume, &q_lo, &q_hi) && q_lo < q_hi && q_hi - q_lo < 1e-3 * (hi - lo)) {
+        lo = q_lo;
+        hi = q_hi;
+    }
+    bool small = is_integer(volume) && hi - lo < PEL_SURVEY_BINS;
+    if (!small && !narrow(volume, &lo, &hi))
+        return;
+    s->bins = choose_bins(volume, &lo, &hi);
+    if (!(hi > lo) || s->bins < 1)
+        return;
+    s->lo = lo;
+    s->hi = hi;
+    if (!fill_bins(volume, s))
+        return;
+    judge(s);
+    s->extent = fmax(1, cbrt(s->fill * (double)pel_volume_samples(volume)));
+}
