@@ -16,10 +16,10 @@
 #include "samples.h"
 
 enum {
-    SPARSE_SAMPLES = 32768, /* for the quantiles of step 1 */
+    SPARSE_SAMPLES = 32768,  /* for the quantiles of step 1 */
     FINE_BINS = 4096,
-    SLAB_SAMPLES = 4 << 20, /* looked at for a histogram, about */
-    SLAB_SLICES = 8,        /* thick enough that few gradients are cut at a slab's face */
+    SLAB_SAMPLES = 8 << 20,  /* looked at for a histogram, about */
+    SLABS = 8,               /* few: each costs a pass; thick, so that few gradients are cut at their faces */
 };
 
 static int by_value(const void *a, const void *b)
@@ -35,7 +35,8 @@ static bool sparse_quantiles(const struct pel_volume *volume, double *lo, double
     double *values = malloc((samples / stride + 1) * sizeof *values);
     if (!values)
         return false;
-    for (size_t i = 0, k = 0; i < samples; i = ++k * stride + k * 7919 % stride) { /* a regular stride would keep to few columns */
+    for (size_t k = 0; k < samples / stride; k++) {
+        size_t i = k * stride + k * 7919 % stride; /* a regular stride would keep to few columns */
         double value;
         pel_samples_load(volume, i, 1, &value);
         if (isfinite(value))
@@ -53,12 +54,12 @@ static bool sparse_quantiles(const struct pel_volume *volume, double *lo, double
 /* Adds the histogram of slabs that stand for the whole volume. */
 static bool add_slabs(const struct pel_volume *volume, double lo, double hi, size_t bins, double *count, double *gradient)
 {
-    size_t slice = volume->dims[0] * volume->dims[1], nz = volume->dims[2], wanted = SLAB_SAMPLES / slice + SLAB_SLICES;
-    size_t step = SLAB_SLICES * (nz / wanted + 1), bytes = slice * pel_type_size(volume->type) * (size_t)volume->components;
-    for (size_t z = 0; z < nz; z += nz > wanted ? step : nz) {
+    size_t slice = volume->dims[0] * volume->dims[1], nz = volume->dims[2], thick = SLAB_SAMPLES / SLABS / slice + 2;
+    size_t step = nz > thick * SLABS ? nz / SLABS : nz, bytes = slice * pel_type_size(volume->type) * (size_t)volume->components;
+    for (size_t z = step < nz ? (nz - step * (SLABS - 1) - thick) / 2 : 0, k = 0; k < (step < nz ? SLABS : 1); z += step, k++) {
         struct pel_volume slab = *volume;
         slab.data = (char *)volume->data + z * bytes;
-        slab.dims[2] = nz > wanted && nz - z > SLAB_SLICES ? SLAB_SLICES : nz - z;
+        slab.dims[2] = step < nz ? thick : nz;
         struct pel_histogram h;
         if (!pel_histogram_init(&h, &slab, lo, hi, bins, gradient != NULL, NULL))
             return false;
@@ -148,7 +149,7 @@ static bool fill_bins(const struct pel_volume *volume, struct pel_survey *s)
         s->count[i] /= total;
         gradient[i] /= total;
     }
-    double sigma = s->bins / 200.0 + 0.5;
+    double sigma = s->bins / 160.0;
     smooth(s->count, s->smooth, s->bins, sigma);
     smooth(gradient, s->gradient, s->bins, sigma);
     for (int i = 0; i < s->bins; i++) {
@@ -242,7 +243,7 @@ static int find_material(const struct pel_survey *s, int background, int window)
 /* Where the boundary between background and material shows: the steepest value, or a little before, where thin parts hold on. */
 static int find_boundary(const struct pel_survey *s, int background, int material)
 {
-    double most = 0;
+    double most = 1e-9; /* no gradients are known where squares of values overflow */
     for (int i = background + 1; i <= material; i++)
         most = fmax(most, s->gradient[i]);
     int middle = background + (material - background + 1) / 2;
@@ -250,6 +251,15 @@ static int find_boundary(const struct pel_survey *s, int background, int materia
         if (s->gradient[i] >= 0.9 * most)
             return i;
     return middle;
+}
+
+/* Noise changes little from voxel to voxel in comparison with a boundary: it ends where the gradient becomes a good part of the boundary's. */
+static int find_noise_end(const struct pel_survey *s, int background, int boundary)
+{
+    int bin = background + 1 + (boundary - background) / 8, last = background + (boundary - background) / 2;
+    while (bin < last && s->gradient[bin] < 0.3 * s->gradient[boundary])
+        bin++;
+    return bin;
 }
 
 /* The bin above which `part` of the total of (value - background) lies. */
@@ -266,38 +276,49 @@ static int enclose(const struct pel_survey *s, int background, double part)
     return background + 1;
 }
 
+/* Background known: what kind of object stands out of it, and where it begins. Gives its boundary's bin. */
+static int judge_object(struct pel_survey *s, int background, int window)
+{
+    double below = share(s, 0, background - window - 1), above = share(s, background + window + 1, s->bins);
+    if (background * 4 > s->bins && background * 4 < 3 * s->bins && below > 0.25 * above && above > 0.25 * below) {
+        s->kind = PEL_SURVEY_SIGNED;
+        return enclose(s, background, 0.7);
+    }
+    int material = find_material(s, background, window);
+    if (material >= 0) {
+        s->kind = PEL_SURVEY_MATERIALS;
+        return find_boundary(s, background, material);
+    }
+    /* Where much of the object is saturated (vessels full of contrast) its share would leave nothing but the thickest parts. */
+    s->kind = PEL_SURVEY_FIELD;
+    int most = background + (int)ceil(0.3 * (quantile(s, background + 1, 0.99) - background));
+    int isovalue = enclose(s, background, 0.7);
+    return isovalue < most ? isovalue : most;
+}
+
 static void judge(struct pel_survey *s)
 {
-    int window = s->bins / 40 > 1 ? s->bins / 40 : 1, background = find_background(s, window), threshold, isovalue;
+    int window = s->bins / 40 > 1 ? s->bins / 40 : 1, background = find_background(s, window);
     if (background < 0) {
         s->kind = PEL_SURVEY_FULL;
-        threshold = quantile(s, 0, 0.3);
-        isovalue = quantile(s, 0, 0.9);
         s->background = s->lo;
+        s->threshold = pel_survey_value(s, quantile(s, 0, 0.3));
+        s->isovalue = pel_survey_value(s, quantile(s, 0, 0.9));
     } else {
-        double below = share(s, 0, background - window - 1), above = share(s, background + window + 1, s->bins);
-        int material = find_material(s, background, window);
+        int isovalue = judge_object(s, background, window);
+        if (isovalue <= background)
+            isovalue = background + 1 < s->bins ? background + 1 : background;
+        /* Half a bin lower: of two values, 0 and 1, the boundary is at 0.5. */
         s->background = pel_survey_value(s, background);
-        if (background * 4 > s->bins && background * 4 < 3 * s->bins && below > 0.25 * above && above > 0.25 * below) {
-            s->kind = PEL_SURVEY_SIGNED;
-            isovalue = enclose(s, background, 0.6);
-            threshold = background + (isovalue - background + 2) / 3;
-        } else if (material >= 0) {
-            s->kind = PEL_SURVEY_MATERIALS;
-            isovalue = find_boundary(s, background, material);
-            threshold = background + (isovalue - background + 1) / 2;
-        } else {
-            s->kind = PEL_SURVEY_FIELD;
-            isovalue = enclose(s, background, 0.7);
-            threshold = background + (isovalue - background + 2) / 3;
-        }
+        s->isovalue = pel_survey_value(s, isovalue - 0.5);
+        s->threshold = s->background + (s->isovalue - s->background) * 0.35;
+        if (s->kind == PEL_SURVEY_MATERIALS)
+            s->threshold = pel_survey_value(s, find_noise_end(s, background, isovalue) - 0.5);
     }
-    if (isovalue >= s->bins)
-        isovalue = s->bins - 1;
-    s->fill = share(s, threshold, s->bins);
-    s->threshold = pel_survey_value(s, threshold - 0.5);
-    s->isovalue = pel_survey_value(s, isovalue);
-    s->top = pel_survey_value(s, quantile(s, threshold, 0.99));
+    int threshold = pel_survey_bin(s, s->threshold);
+    s->fill = share(s, threshold + 1, s->bins);
+    s->top = pel_survey_value(s, quantile(s, threshold + 1 < s->bins ? threshold + 1 : threshold, 0.99));
+    s->top = fmax(s->top, s->isovalue);
 }
 
 void pel_survey_volume(const struct pel_volume *volume, struct pel_survey *s)

@@ -161,7 +161,9 @@ void pel_transfer_table_finish(struct pel_transfer_table *table)
 void pel_transfer_table_opacity_range(const struct pel_transfer_table *table, double lo, double hi, float *least, float *most)
 {
     double scale = (double)(table->count - 1) / (table->hi - table->lo), last = (double)(table->count - 1);
-    double a = floor((lo - table->lo) * scale + 0.5) - 1, b = floor((hi - table->lo) * scale + 0.5) + 1;
+    /* Kernels round to the nearest entry in floats. A whole entry to each side would make air at 0 visible under a ramp that begins at 0. */
+    double slack = 0.25 + fmax(fabs(table->lo), fabs(table->hi)) * scale * 0x1p-20;
+    double a = floor((lo - table->lo) * scale + 0.5 - slack), b = floor((hi - table->lo) * scale + 0.5 + slack);
     /* The comparisons are so written that a NaN widens the interval instead of indexing with nonsense. */
     size_t first = a > 0 ? (size_t)(a < last ? a : last) : 0;
     size_t end = b < last ? (size_t)(b > 0 ? b : 0) : table->count - 1;

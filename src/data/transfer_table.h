@@ -24,7 +24,8 @@ bool pel_transfer_table_build(struct pel_transfer_table *table, const struct pel
                               struct pel_error *error);
 void pel_transfer_table_finish(struct pel_transfer_table *table); /* accepts a zeroed table */
 
-/* Least and greatest opacity that any value in [lo, hi] can look up, one entry of rounding to each side included. O(1). */
+/* Least and greatest opacity that any value in [lo, hi] can look up at the nearest entry, with a quarter of an entry of rounding to each
+ * side (more where values are so large against their range that floats are coarser). O(1). */
 void pel_transfer_table_opacity_range(const struct pel_transfer_table *table, double lo, double hi, float *least, float *most);
 
 #endif
