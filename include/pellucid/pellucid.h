@@ -1,0 +1,19 @@
+/* SPDX-License-Identifier: MIT */
+/* The whole public interface. Each header also stands alone. */
+#ifndef PELLUCID_PELLUCID_H
+#define PELLUCID_PELLUCID_H
+
+#include <pellucid/camera.h>
+#include <pellucid/dataset.h>
+#include <pellucid/error.h>
+#include <pellucid/image.h>
+#include <pellucid/io.h>
+#include <pellucid/option.h>
+#include <pellucid/renderer.h>
+#include <pellucid/scene.h>
+#include <pellucid/statistics.h>
+#include <pellucid/transfer.h>
+#include <pellucid/version.h>
+#include <pellucid/volume.h>
+
+#endif

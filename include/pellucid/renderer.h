@@ -1,0 +1,81 @@
+/* SPDX-License-Identifier: MIT */
+/* Renderer: draws scenes with a technique, and remembers what it prepared, so that only what changed is prepared again. */
+#ifndef PELLUCID_RENDERER_H
+#define PELLUCID_RENDERER_H
+
+#include <stdint.h>
+
+#include <pellucid/image.h>
+#include <pellucid/scene.h>
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* Engines a technique runs on. */
+enum { PEL_ENGINE_CPU = 1 << 0, PEL_ENGINE_GPU = 1 << 1 };
+
+/* What is public of a technique. */
+struct pel_technique_info {
+    const char *name;     /* "raycast" */
+    const char *summary;  /* one line */
+    const char *citation; /* the paper and section, or NULL */
+    unsigned engines;     /* PEL_ENGINE_* it runs on */
+    const struct pel_option *options; /* its own rows, beyond pel_render_options; an empty table where it has none */
+};
+
+/* The techniques in the order in which they are listed; NULL at the end. */
+const struct pel_technique_info *pel_technique_at(size_t index);
+const struct pel_technique_info *pel_technique_find(const char *name);
+
+#define PEL_MAX_STAGES 16
+#define PEL_MAX_COUNTERS 16
+
+/* What a frame cost and how much it skipped. */
+struct pel_frame_stats {
+    const char *technique;
+    const char *device; /* "cpu" */
+    const char *isa;    /* "x86-64-v3": the instruction set of the CPU kernels, or NULL */
+    int threads;
+    int stage_count;
+    struct {
+        const char *name;
+        double cpu_ms;
+        double gpu_ms; /* negative: not measured */
+    } stages[PEL_MAX_STAGES];
+    int counter_count;
+    struct {
+        const char *name; /* "samples taken", "samples skipped", "rays", "bytes" */
+        uint64_t value;
+    } counters[PEL_MAX_COUNTERS];
+};
+
+struct pel_renderer_params {
+    int threads; /* for the CPU engine; 0: as many as the machine (or OMP_NUM_THREADS) says */
+    void (*log)(void *user, const char *message); /* diagnostics, nullable */
+    void *log_user;
+    struct pel_progress progress; /* of each draw */
+};
+#define PEL_RENDERER_PARAMS_INIT { 0, NULL, NULL, { NULL, NULL } }
+
+struct pel_renderer;
+
+/* A renderer may be used from one thread at a time; several may live side by side. */
+struct pel_renderer *pel_renderer_create(const struct pel_renderer_params *params, struct pel_error *error);
+void pel_renderer_destroy(struct pel_renderer *renderer);
+
+/* Draws the scene into `image`, whose size says the picture's. Depth is filled where the image has it. The background is not painted:
+ * the image keeps its alpha, see pel_image_write_params. `technique` NULL: "raycast". */
+bool pel_renderer_draw(struct pel_renderer *renderer, const struct pel_scene *scene, const char *technique, struct pel_image *image,
+                       struct pel_error *error);
+
+/* Statistics of the last draw; valid until the next. */
+const struct pel_frame_stats *pel_renderer_stats(const struct pel_renderer *renderer);
+
+/* Forgets what was prepared from the volume: call it after changing samples in place. */
+void pel_renderer_invalidate(struct pel_renderer *renderer);
+
+#ifdef __cplusplus
+}
+#endif
+#endif

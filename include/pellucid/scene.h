@@ -1,0 +1,112 @@
+/* SPDX-License-Identifier: MIT */
+/* Scene: what a picture is of. A volume, its transfer function, camera, lights, clipping, background and the optics; everything that
+ * decides what the picture should be, and nothing about how (technique, device, threads) it is made. One JSON file loads and saves it
+ * (pellucid/io.h), shared by the tool, the viewer and the API. */
+#ifndef PELLUCID_SCENE_H
+#define PELLUCID_SCENE_H
+
+#include <pellucid/camera.h>
+#include <pellucid/option.h>
+#include <pellucid/transfer.h>
+#include <pellucid/volume.h>
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+enum pel_mode {
+    PEL_MODE_COMPOSITE,  /* emission and absorption, front to back (equation 1.8 of the dissertation, paper 002) */
+    PEL_MODE_MIP,        /* greatest sample along the ray, through the transfer function */
+    PEL_MODE_MINIP,      /* least sample */
+    PEL_MODE_AVERAGE,    /* mean sample */
+    PEL_MODE_XRAY,       /* absorption only (equations 1.2 to 1.4): transparency exp(-integral of tau) */
+    PEL_MODE_ISOSURFACE, /* surfaces of equal value, opaque or translucent, in order along the ray */
+    PEL_MODE_SLICE,      /* the plane `slice`, coloured by the transfer function */
+};
+
+enum pel_classification {
+    PEL_CLASSIFICATION_POST,          /* interpolate values, then look up */
+    PEL_CLASSIFICATION_PRE,           /* look up at the voxels, interpolate opacity and opacity-weighted colour */
+    PEL_CLASSIFICATION_PREINTEGRATED, /* integrate the transfer function between successive samples */
+};
+
+enum pel_reconstruction {
+    PEL_RECONSTRUCTION_AUTO,    /* nearest for labels, else linear */
+    PEL_RECONSTRUCTION_LINEAR,
+    PEL_RECONSTRUCTION_NEAREST,
+};
+
+/* The optics: how values become light. */
+struct pel_render_settings {
+    enum pel_mode mode;
+    double step;        /* distance between samples along a ray, in voxels of the least spacing; > 0 */
+    bool jitter;        /* move each ray's samples by a fixed pseudo-random part of the step: noise in place of rings. Deterministic */
+    double termination; /* a ray ends once its opacity reaches this; 1: never */
+    bool skip;          /* pass over what cannot be seen; never changes a byte of the picture */
+    enum pel_classification classification;
+    enum pel_reconstruction reconstruction;
+    bool shade;         /* gradient Blinn-Phong in composite mode; isosurfaces are always shaded */
+    double ambient, diffuse, specular, specular_power;
+    bool invert;        /* X-ray: bright where it absorbs, as a radiograph shows it */
+};
+
+extern const struct pel_option pel_render_options[]; /* rows of struct pel_render_settings */
+
+struct pel_isosurface {
+    double value;
+    double color[3];
+    double opacity; /* of one crossing, 0 to 1 */
+};
+
+struct pel_light {
+    bool headlight;      /* shines along each view ray; direction is ignored */
+    double direction[3]; /* world, towards the light */
+    double color[3];
+};
+
+/* The half space on the side that the normal points to is kept. World coordinates. */
+struct pel_plane {
+    double origin[3], normal[3];
+};
+
+#define PEL_MAX_CLIP_PLANES 6
+#define PEL_MAX_ISOSURFACES 16
+#define PEL_MAX_LIGHTS 4
+
+/* Where the volume came from, so that a scene file can name it. Paths in a scene file are relative to it. */
+struct pel_source {
+    char path[PEL_OPTION_TEXT_SIZE];
+    char array[128]; /* which array of a file with several, or "" */
+    char raw[128];   /* layout of a raw file (see pel_read_params), or "" */
+};
+
+struct pel_scene {
+    const struct pel_volume *volume; /* borrowed; must outlive every draw. One component */
+    struct pel_source source;
+    struct pel_transfer transfer;
+    struct pel_camera camera;
+    struct pel_render_settings render;
+    struct pel_isosurface isosurfaces[PEL_MAX_ISOSURFACES]; /* PEL_MODE_ISOSURFACE; in any order */
+    int isosurface_count;
+    struct pel_plane slice;                                 /* PEL_MODE_SLICE; the side of its normal does not matter */
+    struct pel_light lights[PEL_MAX_LIGHTS];
+    int light_count;                                        /* starts as 1, a white headlight */
+    struct pel_plane clip_planes[PEL_MAX_CLIP_PLANES];
+    int clip_plane_count;
+    bool clip_box_enabled;
+    double clip_box[6];   /* world: xmin, xmax, ymin, ymax, zmin, zmax; inside is kept */
+    double background[4]; /* RGBA, not premultiplied; starts as opaque black */
+    bool linear_light;    /* composite in linear light instead of display values */
+};
+
+bool pel_scene_init(struct pel_scene *scene, struct pel_error *error);
+void pel_scene_finish(struct pel_scene *scene);
+
+/* Refuses what cannot be drawn: no volume, several components, a camera that is none, settings out of range, no isosurface in
+ * PEL_MODE_ISOSURFACE, a zero normal. */
+bool pel_scene_check(const struct pel_scene *scene, struct pel_error *error);
+
+#ifdef __cplusplus
+}
+#endif
+#endif

@@ -1,0 +1,221 @@
+/* SPDX-License-Identifier: MIT */
+#include "classify.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "alloc.h"
+#include "distance_map.h"
+#include "parallel.h"
+
+#define ARRAYS 12
+
+static bool reserve_arrays(struct pel_classification_state *s, struct pel_error *error)
+{
+    size_t n = s->table.count;
+    if (s->array_entries != n) {
+        free(s->arrays);
+        s->array_entries = 0;
+        s->arrays = pel_alloc_aligned(n * ARRAYS, sizeof(float), "look-up tables", error);
+        if (!s->arrays)
+            return false;
+        s->array_entries = n;
+    }
+    float *at = s->arrays;
+    float **fields[ARRAYS] = { &s->color[0],       &s->color[1],       &s->color[2], &s->alpha,   &s->alpha_color[0], &s->alpha_color[1],
+                               &s->alpha_color[2], &s->tau,            &s->sum_tau,  &s->sum_color[0], &s->sum_color[1], &s->sum_color[2] };
+    for (int i = 0; i < ARRAYS; i++, at += n)
+        *fields[i] = at;
+    return true;
+}
+
+/* The sRGB curve's inverse (IEC 61966-2-1). */
+static double to_linear(double c)
+{
+    return c <= 0.04045 ? c / 12.92 : pow((c + 0.055) / 1.055, 2.4);
+}
+
+/* Tables for a step of `length` unit distances. */
+static void fill_arrays(struct pel_classification_state *s, double length, bool linear_light)
+{
+    const float *from[3] = { s->table.red, s->table.green, s->table.blue };
+    double sum = 0, sum_color[3] = { 0, 0, 0 }, tau_before = 0, color_before[3] = { 0, 0, 0 };
+    for (size_t i = 0; i < s->table.count; i++) {
+        double opacity = s->table.opacity[i], depth = -log1p(-fmin(opacity, 1 - 0x1p-24)) * length;
+        s->alpha[i] = opacity >= 1 ? 1 : (float)-expm1(-depth);
+        s->tau[i] = (float)depth;
+        sum += i ? (tau_before + depth) / 2 : 0;
+        s->sum_tau[i] = (float)sum;
+        for (int c = 0; c < 3; c++) {
+            double color = linear_light ? to_linear(from[c][i]) : from[c][i];
+            s->color[c][i] = (float)color;
+            s->alpha_color[c][i] = s->alpha[i] * (float)color;
+            sum_color[c] += i ? (color_before[c] + depth * color) / 2 : 0;
+            s->sum_color[c][i] = (float)sum_color[c];
+            color_before[c] = depth * color;
+        }
+        tau_before = depth;
+    }
+}
+
+struct marking {
+    struct pel_classification_state *state;
+    const struct pel_minmax *minmax;
+    const struct pel_job *job;
+    struct pel_raw_scale raw;
+    size_t *visible; /* one a slab */
+};
+
+/* May anything with values in [least, most] be seen? Inclusive, with a margin for the rounding of reconstruction. */
+static bool may_be_seen(const struct marking *m, float least, float most)
+{
+    if (least > most)
+        return false; /* voids only */
+    const struct pel_job *job = m->job;
+    if (job->mode != PEL_MODE_ISOSURFACE) {
+        float none, opacity;
+        pel_transfer_table_opacity_range(&m->state->table, least, most, &none, &opacity);
+        return opacity > 0;
+    }
+    double a = ((double)least - m->raw.offset) / m->raw.scale, b = ((double)most - m->raw.offset) / m->raw.scale;
+    double margin = 1e-6 * (fabs(a) + fabs(b));
+    for (int i = 0; i < job->iso_count; i++)
+        if (a - margin <= job->iso[i] && job->iso[i] <= b + margin)
+            return true;
+    return false;
+}
+
+static void mark_slab(void *context, size_t z, int thread)
+{
+    (void)thread;
+    const struct marking *m = context;
+    const struct pel_minmax_level *cells = &m->minmax->cells, *blocks = &m->minmax->blocks;
+    size_t visible = 0;
+    for (size_t y = 0; y < cells->dims[1]; y++) {
+        size_t row = (z * cells->dims[1] + y) * cells->dims[0], block_row = ((z / 4) * blocks->dims[1] + y / 4) * blocks->dims[0];
+        for (size_t block = 0; block < blocks->dims[0]; block++) {
+            size_t end = block * 4 + 4 < cells->dims[0] ? block * 4 + 4 : cells->dims[0];
+            bool any = may_be_seen(m, blocks->least[block_row + block], blocks->most[block_row + block]);
+            for (size_t x = block * 4; x < end; x++) {
+                bool seen = any && may_be_seen(m, cells->least[row + x], cells->most[row + x]);
+                m->state->distance[row + x] = !seen;
+                visible += seen;
+            }
+        }
+    }
+    m->visible[z] = visible;
+}
+
+static bool build_distance(struct pel_classification_state *s, const struct pel_minmax *minmax, struct pel_raw_scale raw, int threads,
+                           const struct pel_job *job, struct pel_error *error)
+{
+    const size_t *dims = minmax->cells.dims;
+    size_t cells = dims[0] * dims[1] * dims[2];
+    if (!s->distance || s->cells != cells) {
+        free(s->distance);
+        s->distance = pel_alloc_aligned(cells + 4, 1, "distance map", error);
+        if (!s->distance)
+            return false;
+        s->cells = cells;
+    }
+    size_t *visible = pel_alloc(dims[2], sizeof *visible, "distance map", error);
+    if (!visible)
+        return false;
+    struct marking m = { s, minmax, job, raw, visible };
+    pel_parallel_for(threads, dims[2], mark_slab, &m);
+    s->visible_cells = 0;
+    for (size_t z = 0; z < dims[2]; z++)
+        s->visible_cells += visible[z];
+    free(visible);
+    return pel_distance_map(s->distance, dims, error);
+}
+
+/* MIP and MinIP: each cell's most (least) in raw units, the comparison's own. */
+static bool build_bounds(struct pel_classification_state *s, const struct pel_minmax *minmax, struct pel_raw_scale raw, bool most, struct pel_error *error)
+{
+    const struct pel_minmax_level *levels[2] = { &minmax->cells, &minmax->blocks };
+    size_t counts[2];
+    for (int l = 0; l < 2; l++)
+        counts[l] = levels[l]->dims[0] * levels[l]->dims[1] * levels[l]->dims[2];
+    free(s->bounds);
+    s->bounds = pel_alloc_aligned(counts[0] + counts[1], sizeof(float), "cell bounds", error);
+    if (!s->bounds)
+        return false;
+    float *to = s->bounds;
+    for (int l = 0; l < 2; l++) {
+        const float *from = most ? levels[l]->most : levels[l]->least;
+        for (size_t i = 0; i < counts[l]; i++)
+            *to++ = (float)((from[i] - raw.offset) / raw.scale);
+    }
+    return true;
+}
+
+static void set_isosurfaces(struct pel_job *job, const struct pel_scene *scene, struct pel_raw_scale raw)
+{
+    job->iso_count = 0;
+    for (int i = 0; i < scene->isosurface_count; i++) {
+        const struct pel_isosurface *from = &scene->isosurfaces[i];
+        float value = (float)((from->value - raw.offset) / raw.scale);
+        int at = job->iso_count++;
+        for (; at > 0 && job->iso[at - 1] > value; at--) {
+            job->iso[at] = job->iso[at - 1];
+            job->iso_opacity[at] = job->iso_opacity[at - 1];
+            memcpy(job->iso_color[at], job->iso_color[at - 1], sizeof job->iso_color[at]);
+        }
+        job->iso[at] = value;
+        job->iso_opacity[at] = (float)from->opacity;
+        for (int c = 0; c < 3; c++)
+            job->iso_color[at][c] = (float)(scene->linear_light ? to_linear(from->color[c]) : from->color[c]);
+    }
+}
+
+bool pel_classify(struct pel_classification_state *state, const struct pel_scene *scene, const struct pel_minmax *minmax, struct pel_raw_scale raw,
+                  int threads, struct pel_job *job, struct pel_error *error)
+{
+    const struct pel_volume *v = scene->volume;
+    double length = scene->render.step * pel_volume_least_spacing(v) / scene->transfer.unit_distance;
+    if (!pel_transfer_table_build(&state->table, &scene->transfer, v->range[0], v->range[1], error) || !reserve_arrays(state, error))
+        return false;
+    fill_arrays(state, length, scene->linear_light);
+    const struct pel_transfer_table *t = &state->table;
+    double per_value = (double)(t->count - 1) / (t->hi - t->lo);
+    job->table_last = (int32_t)(t->count - 1);
+    job->table_scale = (float)(per_value * raw.scale);
+    job->table_offset = (float)((raw.offset - t->lo) * per_value + 0.5);
+    job->opacity = t->opacity;
+    job->red = state->color[0], job->green = state->color[1], job->blue = state->color[2];
+    job->alpha = state->alpha;
+    job->alpha_red = state->alpha_color[0], job->alpha_green = state->alpha_color[1], job->alpha_blue = state->alpha_color[2];
+    job->tau = state->tau;
+    job->sum_tau = state->sum_tau;
+    job->sum_red = state->sum_color[0], job->sum_green = state->sum_color[1], job->sum_blue = state->sum_color[2];
+    job->step_over_unit = (float)length;
+    job->mode = scene->render.mode;
+    set_isosurfaces(job, scene, raw);
+
+    bool extreme = job->mode == PEL_MODE_MIP || job->mode == PEL_MODE_MINIP;
+    bool maps = job->mode == PEL_MODE_COMPOSITE || job->mode == PEL_MODE_XRAY || job->mode == PEL_MODE_ISOSURFACE;
+    state->visible_cells = 0;
+    if (extreme && !build_bounds(state, minmax, raw, job->mode == PEL_MODE_MIP, error))
+        return false;
+    if (maps && !build_distance(state, minmax, raw, threads, job, error))
+        return false;
+    for (int a = 0; a < 3; a++) {
+        job->cell_dims[a] = (int32_t)minmax->cells.dims[a];
+        job->block_dims[a] = (int32_t)minmax->blocks.dims[a];
+    }
+    job->distance = state->distance;
+    job->cell_bound = state->bounds;
+    job->block_bound = extreme ? state->bounds + minmax->cells.dims[0] * minmax->cells.dims[1] * minmax->cells.dims[2] : NULL;
+    return true;
+}
+
+void pel_classify_finish(struct pel_classification_state *state)
+{
+    pel_transfer_table_finish(&state->table);
+    free(state->arrays);
+    free(state->distance);
+    free(state->bounds);
+    memset(state, 0, sizeof *state);
+}

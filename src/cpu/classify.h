@@ -1,0 +1,30 @@
+/* SPDX-License-Identifier: MIT */
+/* Layer 2 of the ray caster: what the transfer function and the isovalues make of the values. Look-up tables for one step's length, and the map of what may be seen. */
+#ifndef PEL_CPU_CLASSIFY_H
+#define PEL_CPU_CLASSIFY_H
+
+#include "kernel.h"
+#include "minmax.h"
+#include "transfer_table.h"
+
+struct pel_classification_state {
+    struct pel_transfer_table table;
+    float *arrays;         /* owned; all the tables that follow, table.count entries each */
+    size_t array_entries;  /* of each, as allocated */
+    float *color[3], *alpha, *alpha_color[3], *tau, *sum_tau, *sum_color[3];
+    uint8_t *distance;     /* owned; a byte a cell, and 4 that gathers may read */
+    size_t cells, visible_cells;
+    float *bounds;         /* owned; MIP and MinIP: raw bounds of cells, then of blocks */
+};
+
+/* How raw values lie on the data's: value = raw * scale + offset. */
+struct pel_raw_scale {
+    double scale, offset;
+};
+
+/* Builds tables, distance map or bounds for the scene, and points the job at them. */
+bool pel_classify(struct pel_classification_state *state, const struct pel_scene *scene, const struct pel_minmax *minmax, struct pel_raw_scale raw,
+                  int threads, struct pel_job *job, struct pel_error *error);
+void pel_classify_finish(struct pel_classification_state *state);
+
+#endif

@@ -1,0 +1,103 @@
+/* SPDX-License-Identifier: MIT */
+/* What the ray-casting kernels are given. The driver (raycast.c) fills one job a frame; the kernels (kernel.c, compiled once for each instruction set and
+ * kind of voxel) draw tiles of it. Nothing in a job changes while tiles are drawn. */
+#ifndef PEL_CPU_KERNEL_H
+#define PEL_CPU_KERNEL_H
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include <pellucid/scene.h>
+
+/* Kinds of voxel that have a kernel each. Fetched ("raw") values are affine in the data's: value = raw * value_scale + value_offset.
+ *   U8   u8 and i8 (by flipping the sign bit); raw is 2^14 times the unsigned byte: the lerp along x is one multiply-add of 16-bit pairs
+ *   U16  i16 and u16 (likewise); raw is 2^14 times the signed word
+ *   F32  raw is the value
+ *   WIDE u32, i32, f64; raw is 0..1 over the volume's range, subtracted in double so that nothing is lost to float */
+enum pel_kernel_kind { PEL_KERNEL_U8, PEL_KERNEL_U16, PEL_KERNEL_F32, PEL_KERNEL_WIDE, PEL_KERNEL_KINDS };
+
+struct pel_job {
+    /* The picture. */
+    int width, height;
+    float *rgba, *depth; /* depth may be NULL */
+
+    /* Rays in index space. The point P and the direction D of pixel (x, y) are linear in x and y; the ray is P + s D, and the world distance along it is
+     * (s + s_base) * |Dw|, Dw being D in the world. P lies near the volume, so that float loses nothing. */
+    double p0[3], px[3], py[3], d0[3], dx[3], dy[3];
+    double w0[3], wx[3], wy[3]; /* Dw */
+    double s_base, s_least;     /* s >= s_least: in front of a perspective camera */
+    double box_lo[3], box_hi[3];
+    int plane_count;
+    double planes[PEL_MAX_CLIP_PLANES + 6][4]; /* a x + b y + c z + d >= 0 is kept; index space */
+    double step;                               /* world length */
+    bool jitter;
+
+    /* Voxels. */
+    const void *data;
+    enum pel_type type;
+    int32_t dims[3], last_cell[3];   /* last_cell: greatest corner of a trilinear cell, dims - 2, at least 0 */
+    int32_t row, slice;              /* voxels from one row and slice to the next */
+    int32_t flip;                    /* exclusive or of a 32-bit fetch: the sign bits */
+    double wide_offset, wide_scale;  /* WIDE: raw = (v - offset) * scale */
+    bool voids, has_void_value;      /* some voxel is void; some of them by value */
+    float void_raw;                  /* fetched value of the void value, before interpolation */
+    double void_value;
+
+    /* Classification: entry = raw * table_scale + table_offset, cut off to a whole number (half an entry is in the offset). */
+    int32_t table_last;
+    float table_scale, table_offset;
+    const float *opacity;            /* per unit distance */
+    const float *red, *green, *blue; /* not multiplied by opacity */
+    const float *alpha;              /* opacity of one step */
+    const float *alpha_red, *alpha_green, *alpha_blue; /* colour times it */
+    const float *tau;                /* extinction over one step; X-ray and pre-integration */
+    const float *sum_tau, *sum_red, *sum_green, *sum_blue; /* pre-integration: integrals of tau and tau x colour over entries */
+    float step_over_unit;
+
+    /* Skipping. */
+    bool skip;
+    int32_t cell_dims[3];
+    const uint8_t *distance;          /* Chebyshev distance, in cells, to the nearest cell that may be seen; 0: this one may */
+    const float *cell_bound, *block_bound; /* MIP: most, MinIP: least, of cells and blocks; raw. Kept even where skip is off: samples are held to it */
+    int32_t block_dims[3];
+    int run;                          /* samples between two looks at the distance map */
+
+    /* Optics. */
+    enum pel_mode mode;
+    enum pel_classification classification;
+    bool nearest, shade, invert, headlight_only, orthogonal;
+    float termination;
+    float ambient, diffuse, specular, power;
+    float steps_a_voxel;   /* least spacing / step */
+    float to_world[3][3];  /* index vector to world, in least spacings */
+    float normal[3][3];    /* index gradient to world: inverse transpose, likewise */
+    float metric[6];       /* |world gradient|^2 = m0 gx^2 + m1 gy^2 + m2 gz^2 + m3 gx gy + m4 gx gz + m5 gy gz */
+    int light_count;
+    struct { bool headlight; float direction[3], color[3]; } lights[PEL_MAX_LIGHTS];
+    float least_raw, most_raw; /* of the whole volume */
+    bool linear_light;
+
+    /* Isosurfaces, by rising value, raw. */
+    int iso_count;
+    float iso[PEL_MAX_ISOSURFACES], iso_color[PEL_MAX_ISOSURFACES][3], iso_opacity[PEL_MAX_ISOSURFACES];
+    double slice_plane[4]; /* index space */
+};
+
+struct pel_counts {
+    uint64_t in_box;  /* samples that the rays' stretches hold */
+    uint64_t taken;
+};
+
+typedef void (*pel_kernel)(const struct pel_job *job, int x0, int y0, int x1, int y1, struct pel_counts *counts);
+
+/* One instruction set's kernels, by kind. */
+struct pel_kernels {
+    pel_kernel composite, composite_shaded, composite_general, preintegrated, projection, isosurface, slice;
+};
+
+/* Name of the set in use ("x86-64-v3"), and its kernels. `wanted` (nullable) forces one; false and an error where the machine lacks it or there is none of that
+ * name. */
+bool pel_kernels_find(const char *wanted, const struct pel_kernels *kernels[PEL_KERNEL_KINDS], const char **name, struct pel_error *error);
+
+#endif

@@ -1,0 +1,40 @@
+/* SPDX-License-Identifier: MIT */
+/* The SIMD ray caster: docs/optics.md in float lanes, passing over what cannot be seen.
+ *
+ * What it keeps between frames comes in three layers, each rebuilt only when its source changed: the min-max grid (volume), the classification (transfer function,
+ * isovalues, step: look-up tables and the distance map), the rays (camera). */
+#ifndef PEL_CPU_RAYCAST_H
+#define PEL_CPU_RAYCAST_H
+
+#include <stdint.h>
+
+#include <pellucid/image.h>
+#include <pellucid/scene.h>
+
+struct pel_raycaster;
+
+/* `threads` as in pel_threads; `isa` (nullable) forces an instruction set by name. */
+struct pel_raycaster *pel_raycaster_create(int threads, const char *isa, struct pel_error *error);
+void pel_raycaster_destroy(struct pel_raycaster *raycaster); /* accepts NULL */
+
+/* "x86-64-v3" */
+const char *pel_raycaster_isa(const struct pel_raycaster *raycaster);
+
+/* Layer 1: the volume's min-max grid, and a padded copy of a volume too thin for the kernels' fetches. The volume is borrowed until the next call. Refuses volumes of
+ * more than 2^31 - 1 voxels: the lanes' offsets have 32 bits. */
+bool pel_raycaster_set_volume(struct pel_raycaster *raycaster, const struct pel_volume *volume, struct pel_error *error);
+
+/* Layer 2: tables and distance map for the scene's transfer function, isosurfaces and settings. */
+bool pel_raycaster_classify(struct pel_raycaster *raycaster, const struct pel_scene *scene, struct pel_error *error);
+
+struct pel_raycast_counters {
+    uint64_t in_box, taken; /* samples in the rays' stretches; samples taken */
+    uint64_t cells, visible_cells;
+    uint64_t bytes; /* memory held beside the volume */
+};
+
+/* Layer 3: draws. The scene has passed pel_scene_check and is the one that was classified, up to its camera and clipping. */
+bool pel_raycaster_draw(struct pel_raycaster *raycaster, const struct pel_scene *scene, const struct pel_progress *progress,
+                        struct pel_image *image, struct pel_raycast_counters *counters, struct pel_error *error);
+
+#endif

@@ -1,0 +1,135 @@
+/* SPDX-License-Identifier: MIT */
+#include "rays.h"
+
+#include <math.h>
+#include <string.h>
+
+#include "vec.h"
+
+#define RADIANS (3.14159265358979323846 / 180)
+
+/* to = matrix * v, and to = transposed matrix * v. */
+static void times(const double matrix[3][3], const double v[3], double to[3])
+{
+    for (int i = 0; i < 3; i++)
+        to[i] = pel_dot(matrix[i], v);
+}
+
+static void times_transposed(const double matrix[3][3], const double v[3], double to[3])
+{
+    for (int i = 0; i < 3; i++)
+        to[i] = matrix[0][i] * v[0] + matrix[1][i] * v[1] + matrix[2][i] * v[2];
+}
+
+/* A world plane with the normal's side kept, as index-space coefficients. */
+static void plane_to_index(const struct pel_volume *volume, const double to_world[3][3], const double origin[3], const double normal[3], double plane[4])
+{
+    double unit[3] = { normal[0], normal[1], normal[2] }, from[3];
+    pel_normalize(unit);
+    times_transposed(to_world, unit, plane);
+    pel_sub(volume->origin, origin, from);
+    plane[3] = pel_dot(unit, from);
+}
+
+static void clipping(struct pel_job *job, const struct pel_scene *scene, const double to_world[3][3])
+{
+    const struct pel_volume *v = scene->volume;
+    for (int a = 0; a < 3; a++) {
+        job->box_lo[a] = v->dims[a] > 1 ? 0 : -0.5;
+        job->box_hi[a] = v->dims[a] > 1 ? (double)(v->dims[a] - 1) : 0.5;
+    }
+    job->plane_count = 0;
+    for (int i = 0; i < scene->clip_plane_count; i++)
+        plane_to_index(v, to_world, scene->clip_planes[i].origin, scene->clip_planes[i].normal, job->planes[job->plane_count++]);
+    for (int i = 0; scene->clip_box_enabled && i < 6; i++) {
+        double origin[3] = { 0, 0, 0 }, normal[3] = { 0, 0, 0 };
+        origin[i / 2] = scene->clip_box[i];
+        normal[i / 2] = i % 2 ? -1 : 1;
+        plane_to_index(v, to_world, origin, normal, job->planes[job->plane_count++]);
+    }
+    if (scene->render.mode == PEL_MODE_SLICE)
+        plane_to_index(v, to_world, scene->slice.origin, scene->slice.normal, job->slice_plane);
+}
+
+/* Rays start at a plane through the box's centre, so that index coordinates stay small. */
+static void rays(struct pel_job *job, const struct pel_scene *scene, const double to_index[3][3])
+{
+    const struct pel_camera *c = &scene->camera;
+    double right[3], up[3], forward[3], bounds[6], to_centre[3];
+    pel_camera_basis(c, right, up, forward);
+    pel_volume_bounds(scene->volume, bounds);
+    for (int i = 0; i < 3; i++)
+        to_centre[i] = (bounds[2 * i] + bounds[2 * i + 1]) / 2 - c->position[i];
+    double base = pel_dot(to_centre, forward), half = c->parallel ? c->parallel_scale : tan(c->view_angle / 2 * RADIANS);
+    double du = 2 * half / job->height, u0 = (1.0 / job->width - 1) * half * job->width / job->height, v0 = (1 - 1.0 / job->height) * half;
+    double start[3], at_x[3], at_y[3];
+    for (int i = 0; i < 3; i++) {
+        start[i] = u0 * right[i] + v0 * up[i];
+        at_x[i] = du * right[i];
+        at_y[i] = -du * up[i];
+    }
+    double spread = c->parallel ? 1 : base; /* how far the plane's points move with a unit of the offsets */
+    double point[3], px[3], py[3];
+    for (int i = 0; i < 3; i++) {
+        point[i] = c->position[i] + base * forward[i] + spread * start[i] - scene->volume->origin[i];
+        px[i] = spread * at_x[i];
+        py[i] = spread * at_y[i];
+        job->w0[i] = forward[i] + (c->parallel ? 0 : start[i]);
+        job->wx[i] = c->parallel ? 0 : at_x[i];
+        job->wy[i] = c->parallel ? 0 : at_y[i];
+    }
+    times(to_index, point, job->p0);
+    times(to_index, px, job->px);
+    times(to_index, py, job->py);
+    times(to_index, job->w0, job->d0);
+    times(to_index, job->wx, job->dx);
+    times(to_index, job->wy, job->dy);
+    job->s_base = base;
+    job->s_least = c->parallel ? -1e300 : -base;
+}
+
+static void optics(struct pel_job *job, const struct pel_scene *scene, const double to_world[3][3], const double to_index[3][3])
+{
+    double metric[3][3], voxel = pel_volume_least_spacing(scene->volume); /* lengths in voxels: the same numbers in metres and in microns */
+    for (int i = 0; i < 3; i++)
+        for (int j = 0; j < 3; j++) {
+            job->to_world[i][j] = (float)(to_world[i][j] / voxel);
+            job->normal[i][j] = (float)(to_index[j][i] * voxel);
+            metric[i][j] = pel_dot(to_index[i], to_index[j]) * voxel * voxel;
+        }
+    float m[6] = { (float)metric[0][0], (float)metric[1][1], (float)metric[2][2], (float)(2 * metric[0][1]), (float)(2 * metric[0][2]), (float)(2 * metric[1][2]) };
+    memcpy(job->metric, m, sizeof m);
+    double size = metric[0][0] + metric[1][1] + metric[2][2];
+    job->orthogonal = fabs(metric[0][1]) + fabs(metric[0][2]) + fabs(metric[1][2]) < 1e-9 * size;
+    job->light_count = scene->light_count;
+    job->headlight_only = true;
+    for (int l = 0; l < scene->light_count; l++) {
+        double direction[3];
+        memcpy(direction, scene->lights[l].direction, sizeof direction);
+        pel_normalize(direction);
+        job->lights[l].headlight = scene->lights[l].headlight;
+        job->headlight_only &= scene->lights[l].headlight;
+        for (int i = 0; i < 3; i++) {
+            job->lights[l].direction[i] = (float)direction[i];
+            job->lights[l].color[i] = (float)scene->lights[l].color[i];
+        }
+    }
+}
+
+void pel_rays_setup(struct pel_job *job, const struct pel_scene *scene, int width, int height)
+{
+    const struct pel_volume *v = scene->volume;
+    double affine[3][4], to_world[3][3], to_index[3][3];
+    pel_volume_matrix(v, affine);
+    for (int i = 0; i < 3; i++)
+        memcpy(to_world[i], affine[i], sizeof to_world[i]);
+    pel_invert3((const double(*)[3])to_world, to_index);
+    job->width = width;
+    job->height = height;
+    job->step = scene->render.step * pel_volume_least_spacing(v);
+    job->steps_a_voxel = (float)(1 / scene->render.step);
+    job->jitter = scene->render.jitter;
+    clipping(job, scene, (const double(*)[3])to_world);
+    rays(job, scene, (const double(*)[3])to_index);
+    optics(job, scene, (const double(*)[3])to_world, (const double(*)[3])to_index);
+}

@@ -1,0 +1,69 @@
+/* SPDX-License-Identifier: MIT */
+/* Ray casting on the CPU engine: the default technique. The method is in src/cpu (kernel.c is the loop itself); here it meets the renderer. */
+#include <stdlib.h>
+
+#include "alloc.h"
+#include "raycast.h"
+#include "technique.h"
+#include "timer.h"
+
+static const struct pel_option no_options[] = { { NULL } };
+
+static bool prepare(void **state, const struct pel_frame *frame, struct pel_error *error)
+{
+    struct pel_raycaster *rc = *state;
+    if (!rc) {
+        rc = *state = pel_raycaster_create(frame->threads, getenv("PELLUCID_ISA"), error);
+        if (!rc)
+            return false;
+    }
+    unsigned changes = frame->changes;
+    double start = pel_now_ms();
+    if (changes & PEL_CHANGE_VOLUME) {
+        if (!pel_raycaster_set_volume(rc, frame->scene->volume, error))
+            return false;
+        pel_frame_stage(frame, "min-max grid", start);
+        start = pel_now_ms();
+    }
+    if (changes & (PEL_CHANGE_VOLUME | PEL_CHANGE_TRANSFER | PEL_CHANGE_ISOSURFACES | PEL_CHANGE_SETTINGS)) {
+        if (!pel_raycaster_classify(rc, frame->scene, error))
+            return false;
+        pel_frame_stage(frame, "classify", start);
+    }
+    return true;
+}
+
+static bool draw(void *state, const struct pel_frame *frame, struct pel_error *error)
+{
+    struct pel_raycaster *rc = state;
+    struct pel_raycast_counters c;
+    double start = pel_now_ms();
+    bool ok = pel_raycaster_draw(rc, frame->scene, frame->progress, frame->image, &c, error);
+    frame->stats->isa = pel_raycaster_isa(rc);
+    pel_frame_stage(frame, "cast rays", start);
+    pel_frame_count(frame, "samples taken", c.taken);
+    pel_frame_count(frame, "samples skipped", c.in_box > c.taken ? c.in_box - c.taken : 0);
+    pel_frame_count(frame, "cells", c.cells);
+    pel_frame_count(frame, "cells that may be seen", c.visible_cells);
+    pel_frame_count(frame, "bytes beside the volume", c.bytes);
+    return ok;
+}
+
+static void finish(void *state)
+{
+    pel_raycaster_destroy(state);
+}
+
+extern const struct pel_technique pel_technique_raycast;
+const struct pel_technique pel_technique_raycast = {
+    .info = {
+        .name = "raycast",
+        .summary = "Ray casting that passes over what cannot be seen; all modes",
+        .citation = "Levoy, Efficient ray tracing of volume data, 1990; optics: Xue, Volume visualization using advanced graphics hardware shaders, 2008, section 1.4",
+        .engines = PEL_ENGINE_CPU,
+        .options = no_options,
+    },
+    .prepare = prepare,
+    .draw = draw,
+    .finish = finish,
+};

@@ -1,0 +1,185 @@
+/* SPDX-License-Identifier: MIT */
+/* The way of a frame: check the scene, find out what changed since the technique last drew, let it prepare that, let it draw. The renderer knows no technique by name. */
+#include <stdlib.h>
+#include <string.h>
+
+#include "alloc.h"
+#include "fail.h"
+#include "parallel.h"
+#include "technique.h"
+#include "timer.h"
+
+#define MAX_TECHNIQUES 32
+
+/* What a technique has seen: a copy of the scene (whose volume pointer is only compared) and the picture's size. */
+struct seen {
+    bool any;
+    struct pel_scene scene; /* its transfer function is a copy of our own; `source` is left out */
+    struct pel_volume volume;
+    int width, height;
+};
+
+struct pel_renderer {
+    struct pel_renderer_params params;
+    int threads;
+    void *states[MAX_TECHNIQUES];
+    struct seen *seen[MAX_TECHNIQUES];
+    struct pel_frame_stats stats;
+};
+
+struct pel_renderer *pel_renderer_create(const struct pel_renderer_params *params, struct pel_error *error)
+{
+    struct pel_renderer *r = pel_alloc(1, sizeof *r, "renderer", error);
+    if (!r)
+        return NULL;
+    r->params = params ? *params : (struct pel_renderer_params)PEL_RENDERER_PARAMS_INIT;
+    r->threads = pel_threads(r->params.threads);
+    return r;
+}
+
+static void forget(struct pel_renderer *r, size_t i)
+{
+    if (r->seen[i])
+        pel_transfer_finish(&r->seen[i]->scene.transfer);
+    free(r->seen[i]);
+    r->seen[i] = NULL;
+}
+
+void pel_renderer_destroy(struct pel_renderer *r)
+{
+    if (!r)
+        return;
+    for (size_t i = 0; pel_techniques[i]; i++) {
+        pel_techniques[i]->finish(r->states[i]);
+        forget(r, i);
+    }
+    free(r);
+}
+
+void pel_renderer_invalidate(struct pel_renderer *r)
+{
+    for (size_t i = 0; pel_techniques[i]; i++)
+        forget(r, i);
+}
+
+const struct pel_frame_stats *pel_renderer_stats(const struct pel_renderer *r)
+{
+    return &r->stats;
+}
+
+static bool same_volume(const struct pel_volume *a, const struct pel_volume *b)
+{
+    return a->data == b->data && a->type == b->type && a->components == b->components && a->has_void == b->has_void && a->labels == b->labels &&
+           !memcmp(a->dims, b->dims, sizeof a->dims) && !memcmp(a->origin, b->origin, sizeof a->origin) &&
+           !memcmp(a->direction, b->direction, sizeof a->direction) && !memcmp(a->spacing, b->spacing, sizeof a->spacing) &&
+           !memcmp(&a->void_value, &b->void_value, sizeof a->void_value) && !memcmp(a->range, b->range, sizeof a->range);
+}
+
+/* Plain structs are compared as bytes: padding that differs only means that something is prepared once more. */
+static unsigned changes_since(const struct seen *seen, const struct pel_scene *now, const struct pel_image *image)
+{
+    if (!seen)
+        return PEL_CHANGE_ALL;
+    const struct pel_scene *then = &seen->scene;
+    unsigned changes = 0;
+    if (then->volume != now->volume || !same_volume(&seen->volume, now->volume))
+        changes |= PEL_CHANGE_VOLUME;
+    if (!pel_transfer_equal(&then->transfer, &now->transfer) || then->linear_light != now->linear_light)
+        changes |= PEL_CHANGE_TRANSFER;
+    if (then->isosurface_count != now->isosurface_count || memcmp(then->isosurfaces, now->isosurfaces, sizeof now->isosurfaces))
+        changes |= PEL_CHANGE_ISOSURFACES;
+    if (memcmp(&then->render, &now->render, sizeof now->render))
+        changes |= PEL_CHANGE_SETTINGS;
+    if (memcmp(&then->camera, &now->camera, sizeof now->camera))
+        changes |= PEL_CHANGE_CAMERA;
+    if (seen->width != image->width || seen->height != image->height)
+        changes |= PEL_CHANGE_SIZE;
+    if (then->clip_plane_count != now->clip_plane_count || memcmp(then->clip_planes, now->clip_planes, sizeof now->clip_planes) ||
+        then->clip_box_enabled != now->clip_box_enabled || memcmp(then->clip_box, now->clip_box, sizeof now->clip_box) ||
+        memcmp(&then->slice, &now->slice, sizeof now->slice))
+        changes |= PEL_CHANGE_CLIPPING;
+    if (then->light_count != now->light_count || memcmp(then->lights, now->lights, sizeof now->lights))
+        changes |= PEL_CHANGE_LIGHTS;
+    return changes;
+}
+
+static bool remember(struct pel_renderer *r, size_t i, const struct pel_scene *scene, const struct pel_image *image, struct pel_error *error)
+{
+    struct seen *seen = r->seen[i];
+    if (!seen) {
+        seen = r->seen[i] = pel_alloc(1, sizeof *seen, "scene", error);
+        if (!seen)
+            return false;
+        if (!pel_transfer_init(&seen->scene.transfer, error)) {
+            free(seen);
+            r->seen[i] = NULL;
+            return false;
+        }
+    }
+    struct pel_transfer own = seen->scene.transfer;
+    if (!pel_transfer_equal(&own, &scene->transfer) && !pel_transfer_copy(&own, &scene->transfer, error))
+        return false;
+    memcpy(&seen->scene, scene, sizeof *scene); /* with its padding, for the comparison */
+    seen->scene.transfer = own;
+    seen->volume = *scene->volume;
+    seen->width = image->width;
+    seen->height = image->height;
+    return true;
+}
+
+static bool draw_with(struct pel_renderer *r, size_t i, const struct pel_scene *scene, struct pel_image *image, struct pel_error *error)
+{
+    const struct pel_technique *t = pel_techniques[i];
+    r->stats = (struct pel_frame_stats){ .technique = t->info.name, .device = "cpu", .threads = r->threads };
+    struct pel_frame frame = {
+        .scene = scene,
+        .image = image,
+        .threads = r->threads,
+        .changes = changes_since(r->seen[i], scene, image),
+        .progress = &r->params.progress,
+        .stats = &r->stats,
+    };
+    if (!t->prepare(&r->states[i], &frame, error) || !remember(r, i, scene, image, error)) {
+        forget(r, i);
+        return false;
+    }
+    return t->draw(r->states[i], &frame, error);
+}
+
+bool pel_renderer_draw(struct pel_renderer *r, const struct pel_scene *scene, const char *technique, struct pel_image *image,
+                       struct pel_error *error)
+{
+    if (!pel_scene_check(scene, error))
+        return false;
+    if (!image->rgba || image->width < 1 || image->height < 1)
+        return pel_fail(error, PEL_ERROR_ARGUMENT, "the image has no pixels; give it a size with pel_image_allocate");
+    if (!technique)
+        technique = "raycast";
+    for (size_t i = 0; pel_techniques[i]; i++)
+        if (!strcmp(pel_techniques[i]->info.name, technique))
+            return draw_with(r, i, scene, image, error);
+    char known[256] = "";
+    for (size_t i = 0; pel_techniques[i]; i++)
+        if (strlen(known) + strlen(pel_techniques[i]->info.name) + 2 < sizeof known)
+            strcat(strcat(known, " "), pel_techniques[i]->info.name);
+    return pel_fail(error, PEL_ERROR_ARGUMENT, "no technique '%s'; there are:%s", technique, known);
+}
+
+void pel_frame_stage(const struct pel_frame *frame, const char *name, double start_ms)
+{
+    struct pel_frame_stats *s = frame->stats;
+    if (s->stage_count == PEL_MAX_STAGES)
+        return;
+    s->stages[s->stage_count].name = name;
+    s->stages[s->stage_count].cpu_ms = pel_now_ms() - start_ms;
+    s->stages[s->stage_count++].gpu_ms = -1;
+}
+
+void pel_frame_count(const struct pel_frame *frame, const char *name, uint64_t value)
+{
+    struct pel_frame_stats *s = frame->stats;
+    if (s->counter_count == PEL_MAX_COUNTERS)
+        return;
+    s->counters[s->counter_count].name = name;
+    s->counters[s->counter_count++].value = value;
+}
