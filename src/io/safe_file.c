@@ -66,7 +66,7 @@ static int open_named(struct pel_safe_file *out, struct pel_error *error)
         if (why != EEXIST)
             break;
     }
-    pel_fail_errno(error, "%s: cannot be written", out->path);
+    pel_fail_errno(error, "cannot be written");
     return -1;
 }
 
@@ -75,7 +75,7 @@ static bool open_descriptor(struct pel_safe_file *out, const char *path, int *fd
     struct stat old;
     bool exists = stat(path, &old) == 0;
     if (exists && S_ISDIR(old.st_mode))
-        return pel_fail(error, PEL_ERROR_IO, "%s: is a folder; name a file", path);
+        return pel_fail(error, PEL_ERROR_IO, "is a folder; name a file");
     /* Through a symbolic link, the file that it leads to is replaced and the link stays. */
     char *real = exists ? realpath(path, NULL) : NULL;
     out->path = pel_strdup(real ? real : path, error);
@@ -85,10 +85,10 @@ static bool open_descriptor(struct pel_safe_file *out, const char *path, int *fd
     if (exists && !S_ISREG(old.st_mode)) {
         out->direct = true;
         *fd = open(out->path, O_WRONLY | O_CLOEXEC);
-        return *fd >= 0 || pel_fail_errno(error, "%s: cannot be written", path);
+        return *fd >= 0 || pel_fail_errno(error, "cannot be written");
     }
     if (exists && access(path, W_OK) != 0)
-        return pel_fail_errno(error, "%s: cannot be written", path);
+        return pel_fail_errno(error, "cannot be written");
     *fd = open_unnamed(out->path);
     if (*fd < 0)
         *fd = open_named(out, error);
@@ -105,7 +105,7 @@ bool pel_safe_file_open(struct pel_safe_file *out, const char *path, struct pel_
         out->file = fdopen(fd, "wb");
         if (out->file)
             return true;
-        pel_fail_errno(error, "%s: cannot be written", path);
+        pel_fail_errno(error, "cannot be written");
         close(fd);
     }
     pel_safe_file_abort(out);
@@ -116,7 +116,7 @@ bool pel_safe_file_write(struct pel_safe_file *out, const void *bytes, size_t si
 {
     if (size == 0 || fwrite(bytes, 1, size, out->file) == size)
         return true;
-    return pel_fail_errno(error, "%s: writing failed", out->path);
+    return pel_fail_errno(error, "writing failed");
 }
 
 /* Gives an unnamed file a temporary name; link never replaces a file that is there, so the last step is a rename in any case. */
@@ -138,25 +138,25 @@ static bool name_it(struct pel_safe_file *out, struct pel_error *error)
         if (why != EEXIST)
             break;
     }
-    return pel_fail_errno(error, "%s: cannot be written", out->path);
+    return pel_fail_errno(error, "cannot be written");
 }
 
 bool pel_safe_file_commit(struct pel_safe_file *out, struct pel_error *error)
 {
     bool ok = true;
     if (fflush(out->file) != 0 || ferror(out->file))
-        ok = pel_fail_errno(error, "%s: writing failed", out->path);
+        ok = pel_fail_errno(error, "writing failed");
     if (ok && !out->direct && !out->temporary)
         ok = name_it(out, error);
     if (fclose(out->file) != 0 && ok)
-        ok = pel_fail_errno(error, "%s: writing failed", out->path);
+        ok = pel_fail_errno(error, "writing failed");
     out->file = NULL;
     if (ok && out->temporary) {
         if (rename(out->temporary, out->path) == 0) {
             free(out->temporary);
             out->temporary = NULL;
         } else {
-            ok = pel_fail_errno(error, "%s: cannot be written", out->path);
+            ok = pel_fail_errno(error, "cannot be written");
         }
     }
     pel_safe_file_abort(out);

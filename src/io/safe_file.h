@@ -17,10 +17,10 @@ struct pel_safe_file {
     bool direct;     /* written directly */
 };
 
-/* Starts an output file. `out` need not be initialised. */
+/* Starts an output file. `out` need not be initialised. Messages of these functions name no path: callers put it in front with pel_fail_in. */
 bool pel_safe_file_open(struct pel_safe_file *out, const char *path, struct pel_error *error);
 
-/* fwrite that reports: false and a message that names the target. */
+/* fwrite that reports. */
 bool pel_safe_file_write(struct pel_safe_file *out, const void *bytes, size_t size, struct pel_error *error);
 
 /* Flushes, closes and gives the file its name. After failure nothing is left (and abort may still be called). */

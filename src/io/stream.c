@@ -244,13 +244,33 @@ bool pel_stream_skip(struct pel_stream *s, uint64_t size, struct pel_error *erro
     return true;
 }
 
+/* Room for bytes that are decoded and not taken. */
+static bool need_ahead(struct pel_stream *s, struct pel_error *error)
+{
+    if (!s->ahead)
+        s->ahead = pel_alloc(AHEAD_SIZE, 1, "read buffer", error);
+    return s->ahead != NULL;
+}
+
+bool pel_stream_unread(struct pel_stream *s, const void *bytes, size_t size, struct pel_error *error)
+{
+    if (!need_ahead(s, error))
+        return false;
+    size_t have = s->ahead_end - s->ahead_start;
+    if (size > AHEAD_SIZE - have || size > s->taken)
+        return pel_fail(error, PEL_ERROR_FORMAT, "cannot go back %zu bytes", size);
+    memmove(s->ahead + size, s->ahead + s->ahead_start, have);
+    memcpy(s->ahead, bytes, size);
+    s->ahead_start = 0;
+    s->ahead_end = size + have;
+    s->taken -= size;
+    return true;
+}
+
 bool pel_stream_peek(struct pel_stream *s, size_t size, const unsigned char **bytes, size_t *got, struct pel_error *error)
 {
-    if (!s->ahead) {
-        s->ahead = pel_alloc(AHEAD_SIZE, 1, "read buffer", error);
-        if (!s->ahead)
-            return false;
-    }
+    if (!need_ahead(s, error))
+        return false;
     size_t have = s->ahead_end - s->ahead_start;
     memmove(s->ahead, s->ahead + s->ahead_start, have);
     s->ahead_start = 0;

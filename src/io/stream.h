@@ -40,6 +40,9 @@ bool pel_stream_skip(struct pel_stream *stream, uint64_t size, struct pel_error 
 /* Looks at up to `size` (at most 64 KiB) coming bytes without taking them; *bytes stays good until the next call on the stream. */
 bool pel_stream_peek(struct pel_stream *stream, size_t size, const unsigned char **bytes, size_t *got, struct pel_error *error);
 
+/* Gives back the last `size` bytes that were taken (at most 32 KiB): for who read ahead. */
+bool pel_stream_unread(struct pel_stream *stream, const void *bytes, size_t size, struct pel_error *error);
+
 /* Bytes taken so far. */
 uint64_t pel_stream_tell(const struct pel_stream *stream);
 
