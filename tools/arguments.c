@@ -126,8 +126,11 @@ static bool assign(struct arguments *arguments, int g, int r, const char *text, 
     const struct pel_option *row = &arguments->command->groups[g].rows[r];
     if (row->type == PEL_OPTION_TEXT && strlen(text) >= PEL_OPTION_TEXT_SIZE)
         return tool_fail(error, PEL_ERROR_ARGUMENT, "--%s: the text is longer than %d bytes", row->name, PEL_OPTION_TEXT_SIZE - 1);
-    if (!pel_option_set(row, arguments->objects[g], text, error))
-        return false;
+    if (!pel_option_set(row, arguments->objects[g], text, error)) {
+        char old[sizeof error->message];
+        memcpy(old, error->message, sizeof old);
+        return tool_fail(error, error->code, "--%.500s", old); /* the row's name begins it */
+    }
     arguments->text[g][r] = text;
     return !arguments->assigned || arguments->assigned(arguments->user, row, error);
 }
@@ -213,7 +216,7 @@ int arguments_parse_operands(struct arguments *arguments, int argc, char **argv,
         tool_fail(&error, PEL_ERROR_ARGUMENT, "%s: one word too many: %.200s; usage: pellucid %s %s", name, arguments->operands[most], name,
                   arguments->command->usage);
     else
-        tool_fail(&error, PEL_ERROR_ARGUMENT, "%s: a file name is missing; usage: pellucid %s %s", name, name, arguments->command->usage);
+        tool_fail(&error, PEL_ERROR_ARGUMENT, "%s: an argument is missing; usage: pellucid %s %s", name, name, arguments->command->usage);
     return tool_report(&error);
 }
 

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 /* pellucid info: what a file holds, for people and for scripts. */
+#include <float.h>
 #include <inttypes.h>
 #include <math.h>
 #include <stdlib.h>
@@ -20,7 +21,7 @@ static const struct pel_option rows[] = {
     { "array", "Array", "Which array of a file that holds several", PEL_OPTION_TEXT, offsetof(struct values, array), 0, 0, NULL, NULL, NULL },
     { "raw", "Raw layout", "Read raw samples of this layout: 256x256x256:u8, 64x64x64:f32:be+1024 (skips 1024 bytes)", PEL_OPTION_TEXT,
       offsetof(struct values, raw), 0, 0, NULL, NULL, NULL },
-    { "void", "Void value", "Samples with this value stand for no data", PEL_OPTION_DOUBLE, offsetof(struct values, void_value), -1.7e308, 1.7e308, NULL,
+    { "void", "Void value", "Samples with this value stand for no data", PEL_OPTION_DOUBLE, offsetof(struct values, void_value), -DBL_MAX, DBL_MAX, NULL,
       NULL, "data value" },
     { "quiet", "Quiet", "No notes and no progress bar", PEL_OPTION_BOOL, offsetof(struct values, quiet), 0, 0, "false", NULL, NULL },
     { NULL },

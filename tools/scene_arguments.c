@@ -103,18 +103,18 @@ static bool append_numbers(double *items, int *count, double lo, double hi, cons
     struct {
         double value;
     } one;
-    const struct pel_option row = { flag, flag, "", PEL_OPTION_DOUBLE, 0, lo, hi, NULL, NULL, NULL };
+    const struct pel_option row = { flag, "", "", PEL_OPTION_DOUBLE, 0, lo, hi, NULL, NULL, NULL };
     char part[64];
     for (const char *start = text;; start++) {
         size_t length = strcspn(start, ",");
         if (length >= sizeof part)
-            return tool_fail(error, PEL_ERROR_ARGUMENT, "--%s: no number: %.40s...", flag, start);
+            return tool_fail(error, PEL_ERROR_ARGUMENT, "%s: no number: %.40s...", flag, start);
         memcpy(part, start, length);
         part[length] = 0;
         if (!pel_option_set(&row, &one, part, error))
             return false;
         if (*count == PEL_MAX_ISOSURFACES)
-            return tool_fail(error, PEL_ERROR_ARGUMENT, "--%s: at most %d values", flag, PEL_MAX_ISOSURFACES);
+            return tool_fail(error, PEL_ERROR_ARGUMENT, "%s: at most %d values", flag, PEL_MAX_ISOSURFACES);
         items[(*count)++] = one.value;
         start += length;
         if (!*start)
@@ -124,7 +124,7 @@ static bool append_numbers(double *items, int *count, double lo, double hi, cons
 
 static bool append_color(struct scene_arguments *values, struct pel_error *error)
 {
-    const struct pel_option row = { "iso-color", "", "", PEL_OPTION_COLOR, 0, 0, 1, NULL, NULL, NULL };
+    const struct pel_option row = { "--iso-color", "", "", PEL_OPTION_COLOR, 0, 0, 1, NULL, NULL, NULL };
     if (values->iso_color_count == PEL_MAX_ISOSURFACES)
         return tool_fail(error, PEL_ERROR_ARGUMENT, "--iso-color: at most %d colours", PEL_MAX_ISOSURFACES);
     return pel_option_set(&row, values->iso_colors[values->iso_color_count++], values->iso_color, error);
@@ -146,9 +146,9 @@ static bool assigned(void *user, const struct pel_option *row, struct pel_error 
 {
     struct scene_arguments *v = user;
     if (strcmp(row->name, "isovalue") == 0)
-        return append_numbers(v->isovalues.items, &v->isovalues.count, ANY, "isovalue", v->isovalue, error);
+        return append_numbers(v->isovalues.items, &v->isovalues.count, ANY, "--isovalue", v->isovalue, error);
     if (strcmp(row->name, "iso-opacity") == 0)
-        return append_numbers(v->iso_opacities.items, &v->iso_opacities.count, 0, 1, "iso-opacity", v->iso_opacity, error);
+        return append_numbers(v->iso_opacities.items, &v->iso_opacities.count, 0, 1, "--iso-opacity", v->iso_opacity, error);
     if (strcmp(row->name, "iso-color") == 0)
         return append_color(v, error);
     if (strcmp(row->name, "clip-plane") == 0)
