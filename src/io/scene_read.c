@@ -1,0 +1,498 @@
+/* SPDX-License-Identifier: MIT */
+/* Scene files in. Each part of a scene is an object or an array under its own key, and each key has a row in a table with the function that
+ * reads it; a key that is in no table is refused by name, so that a misspelt one cannot pass for a default. `where` follows the reader down
+ * the file and stands where something failed. The scene changes only when all of it was read. */
+#include "scene_file.h"
+
+#include <math.h>
+#include <stddef.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "alloc.h"
+#include "fail.h"
+#include "json_file.h"
+#include "scene_path.h"
+
+struct reading {
+    struct pel_scene scene; /* a copy, being changed */
+    struct pel_scene_parts has;
+    const char *path;  /* the scene file's */
+    char where[256];   /* "transfer.colors[2]" */
+    struct pel_error *error;
+};
+
+struct key {
+    const char *name;
+    bool (*read)(struct reading *r, const json_t *value, void *object);
+    size_t offset; /* of what it reads in the object that the table is for */
+};
+
+/* Appends to `where`; gives the length to go back to. */
+static size_t enter(struct reading *r, const char *key)
+{
+    size_t length = strlen(r->where);
+    snprintf(r->where + length, sizeof r->where - length, "%s%.60s", length ? "." : "", key);
+    return length;
+}
+
+static size_t enter_entry(struct reading *r, size_t index)
+{
+    size_t length = strlen(r->where);
+    snprintf(r->where + length, sizeof r->where - length, "[%zu]", index);
+    return length;
+}
+
+static void leave(struct reading *r, size_t length)
+{
+    r->where[length] = 0;
+}
+
+/* Reads every member of an object by a table that ends with a NULL name. */
+static bool read_object(struct reading *r, const json_t *value, const struct key *keys, void *object)
+{
+    const char *name;
+    json_t *member;
+    if (!json_is_object(value))
+        return pel_fail(r->error, PEL_ERROR_FORMAT, "expected an object, found %s", pel_json_kind(value));
+    json_object_foreach ((json_t *)value, name, member) {
+        const struct key *key = keys;
+        while (key->name && strcmp(key->name, name) != 0)
+            key++;
+        size_t back = enter(r, name);
+        if (!key->name)
+            return pel_fail(r->error, PEL_ERROR_FORMAT, "there is no such key");
+        if (!key->read(r, member, (char *)object + key->offset))
+            return false;
+        leave(r, back);
+    }
+    return true;
+}
+
+static bool check_array(struct reading *r, const json_t *value, size_t most)
+{
+    if (!json_is_array(value))
+        return pel_fail(r->error, PEL_ERROR_FORMAT, "expected an array, found %s", pel_json_kind(value));
+    if (json_array_size(value) > most)
+        return pel_fail(r->error, PEL_ERROR_FORMAT, "%zu entries; at most %zu are allowed", json_array_size(value), most);
+    return true;
+}
+
+/* ---- single values ---- */
+
+static bool read_number(struct reading *r, const json_t *value, void *out)
+{
+    return pel_json_number(value, out, r->error);
+}
+
+static bool read_bool(struct reading *r, const json_t *value, void *out)
+{
+    return pel_json_bool(value, out, r->error);
+}
+
+static bool read_vector(struct reading *r, const json_t *value, void *out)
+{
+    return pel_json_numbers(value, 3, out, r->error);
+}
+
+static bool check_fractions(struct reading *r, const double *values, int count)
+{
+    for (int i = 0; i < count; i++)
+        if (!(values[i] >= 0 && values[i] <= 1))
+            return pel_fail(r->error, PEL_ERROR_FORMAT, "%g is outside 0..1", values[i]);
+    return true;
+}
+
+static bool read_fraction(struct reading *r, const json_t *value, void *out)
+{
+    return pel_json_number(value, out, r->error) && check_fractions(r, out, 1);
+}
+
+static bool read_color(struct reading *r, const json_t *value, void *out)
+{
+    return pel_json_numbers(value, 3, out, r->error) && check_fractions(r, out, 3);
+}
+
+/* A direction: anything but zero. */
+static bool read_normal(struct reading *r, const json_t *value, void *out)
+{
+    const double *v = out;
+    if (!pel_json_numbers(value, 3, out, r->error))
+        return false;
+    return v[0] != 0 || v[1] != 0 || v[2] != 0 || pel_fail(r->error, PEL_ERROR_FORMAT, "a zero vector has no direction");
+}
+
+/* ---- options ---- */
+
+/* A JSON value as the text that an option reads. */
+static bool option_text(struct reading *r, const json_t *value, char *text, size_t size)
+{
+    size_t used = 0;
+    text[0] = 0;
+    switch (json_typeof(value)) {
+    case JSON_STRING: return pel_json_text(value, text, size, r->error);
+    case JSON_TRUE:
+    case JSON_FALSE: snprintf(text, size, json_is_true(value) ? "true" : "false"); return true;
+    case JSON_INTEGER: snprintf(text, size, "%" JSON_INTEGER_FORMAT, json_integer_value(value)); return true;
+    case JSON_REAL: snprintf(text, size, "%.17g", json_real_value(value)); return true;
+    case JSON_ARRAY:
+        for (size_t i = 0; i < json_array_size(value); i++) {
+            double number;
+            if (i >= 16)
+                return pel_fail(r->error, PEL_ERROR_FORMAT, "%zu entries are too many", json_array_size(value));
+            if (!pel_json_number(json_array_get(value, i), &number, r->error))
+                return false;
+            used += (size_t)snprintf(text + used, size - used, "%s%.17g", i ? "," : "", number);
+        }
+        return true;
+    case JSON_OBJECT:
+    case JSON_NULL: break;
+    }
+    return pel_fail(r->error, PEL_ERROR_FORMAT, "expected a value, found %s", pel_json_kind(value));
+}
+
+static bool read_option(struct reading *r, const json_t *value, const struct pel_option *row, void *object)
+{
+    char text[PEL_OPTION_TEXT_SIZE];
+    if (!option_text(r, value, text, sizeof text))
+        return false;
+    if (pel_option_set(row, object, text, r->error))
+        return true;
+    if (r->error && r->error->code == PEL_ERROR_ARGUMENT) /* in a file it is the file that is wrong */
+        r->error->code = PEL_ERROR_FORMAT;
+    return false;
+}
+
+static bool read_options(struct reading *r, const json_t *value, const struct pel_option *table, void *object)
+{
+    const char *name;
+    json_t *member;
+    if (!json_is_object(value))
+        return pel_fail(r->error, PEL_ERROR_FORMAT, "expected an object, found %s", pel_json_kind(value));
+    json_object_foreach ((json_t *)value, name, member) {
+        const struct pel_option *row = pel_option_find(table, name);
+        size_t back = enter(r, name);
+        if (!row)
+            return pel_fail(r->error, PEL_ERROR_FORMAT, "there is no such key");
+        if (!read_option(r, member, row, object))
+            return false;
+        leave(r, back);
+    }
+    return true;
+}
+
+/* ---- transfer function ---- */
+
+static bool read_colors(struct reading *r, const json_t *value, void *object)
+{
+    struct pel_transfer *transfer = object;
+    if (!check_array(r, value, SIZE_MAX))
+        return false;
+    size_t count = json_array_size(value);
+    struct pel_color_point *points = pel_alloc(count, sizeof *points, "color curve", r->error);
+    bool ok = points != NULL;
+    for (size_t i = 0; ok && i < count; i++) {
+        double n[4];
+        size_t back = enter_entry(r, i);
+        ok = pel_json_numbers(json_array_get(value, i), 4, n, r->error);
+        if (ok) {
+            points[i] = (struct pel_color_point) { n[0], { n[1], n[2], n[3] } };
+            leave(r, back);
+        }
+    }
+    ok = ok && pel_transfer_set_colors(transfer, points, count, r->error);
+    free(points);
+    r->has.transfer = r->has.colors = true;
+    return ok;
+}
+
+static bool read_opacities(struct reading *r, const json_t *value, void *object)
+{
+    struct pel_transfer *transfer = object;
+    if (!check_array(r, value, SIZE_MAX))
+        return false;
+    size_t count = json_array_size(value);
+    struct pel_opacity_point *points = pel_alloc(count, sizeof *points, "opacity curve", r->error);
+    bool ok = points != NULL;
+    for (size_t i = 0; ok && i < count; i++) {
+        double n[2];
+        size_t back = enter_entry(r, i);
+        ok = pel_json_numbers(json_array_get(value, i), 2, n, r->error);
+        if (ok) {
+            points[i] = (struct pel_opacity_point) { n[0], n[1] };
+            leave(r, back);
+        }
+    }
+    ok = ok && pel_transfer_set_opacities(transfer, points, count, r->error);
+    free(points);
+    r->has.transfer = r->has.opacities = true;
+    return ok;
+}
+
+static bool read_unit_distance(struct reading *r, const json_t *value, void *object)
+{
+    double *unit = &((struct pel_transfer *)object)->unit_distance;
+    if (!pel_json_number(value, unit, r->error))
+        return false;
+    r->has.transfer = r->has.unit_distance = true;
+    return *unit > 0 || pel_fail(r->error, PEL_ERROR_FORMAT, "%g is not above 0", *unit);
+}
+
+static bool read_nothing(struct reading *r, const json_t *value, void *object)
+{
+    (void)r, (void)value, (void)object;
+    return true;
+}
+
+/* "colormap" names where "colors" came from, or with "range" stands for them. Neither says anything without the others. */
+static bool read_colormap(struct reading *r, const json_t *object)
+{
+    const json_t *map = json_object_get(object, "colormap"), *range = json_object_get(object, "range");
+    struct pel_transfer *transfer = &r->scene.transfer;
+    char name[sizeof transfer->colormap];
+    double ends[2];
+    if (!map && !range)
+        return true;
+    size_t back = enter(r, map ? "colormap" : "range");
+    if (!map)
+        return pel_fail(r->error, PEL_ERROR_FORMAT, "a range needs a colormap to stretch over it");
+    if (!pel_json_text(map, name, sizeof name, r->error))
+        return false;
+    if (json_object_get(object, "colors")) {
+        if (range)
+            return pel_fail(r->error, PEL_ERROR_FORMAT, "colors and range cannot both say where the colors lie");
+        memcpy(transfer->colormap, name, sizeof name);
+    } else {
+        if (!range)
+            return pel_fail(r->error, PEL_ERROR_FORMAT, "a colormap needs a range [lo, hi] to be stretched over");
+        leave(r, back);
+        back = enter(r, "range");
+        if (!pel_json_numbers(range, 2, ends, r->error))
+            return false;
+        leave(r, back);
+        back = enter(r, "colormap");
+        if (!pel_transfer_set_colormap(transfer, name, ends[0], ends[1], r->error))
+            return false;
+        r->has.transfer = r->has.colors = true;
+    }
+    leave(r, back);
+    return true;
+}
+
+static bool read_transfer(struct reading *r, const json_t *value, void *object)
+{
+    static const struct key keys[] = {
+        { "colors", read_colors, 0 },     { "opacities", read_opacities, 0 }, { "unit-distance", read_unit_distance, 0 },
+        { "colormap", read_nothing, 0 }, { "range", read_nothing, 0 },       { NULL },
+    };
+    bool ok = read_object(r, value, keys, object) && read_colormap(r, value);
+    if (!ok && r->error && r->error->code == PEL_ERROR_ARGUMENT)
+        r->error->code = PEL_ERROR_FORMAT;
+    return ok;
+}
+
+/* ---- the other parts ---- */
+
+static bool read_camera(struct reading *r, const json_t *value, void *object)
+{
+    r->has.camera = true;
+    if (!read_options(r, value, pel_camera_options, object))
+        return false;
+    if (pel_camera_check(object, r->error))
+        return true;
+    if (r->error)
+        r->error->code = PEL_ERROR_FORMAT;
+    return false;
+}
+
+static bool read_render(struct reading *r, const json_t *value, void *object)
+{
+    return read_options(r, value, pel_render_options, object);
+}
+
+static bool read_path(struct reading *r, const json_t *value, void *out)
+{
+    char text[PEL_OPTION_TEXT_SIZE];
+    return pel_json_text(value, text, sizeof text, r->error) && pel_path_from_file(r->path, text, out, PEL_OPTION_TEXT_SIZE, r->error);
+}
+
+static bool read_short_text(struct reading *r, const json_t *value, void *out)
+{
+    return pel_json_text(value, out, sizeof((struct pel_source *)0)->array, r->error);
+}
+
+static bool read_source(struct reading *r, const json_t *value, void *object)
+{
+    static const struct key keys[] = {
+        { "path", read_path, offsetof(struct pel_source, path) },
+        { "array", read_short_text, offsetof(struct pel_source, array) },
+        { "raw", read_short_text, offsetof(struct pel_source, raw) },
+        { NULL },
+    };
+    *(struct pel_source *)object = (struct pel_source) { .path = "" };
+    return read_object(r, value, keys, object);
+}
+
+static bool read_plane(struct reading *r, const json_t *value, void *object)
+{
+    static const struct key keys[] = {
+        { "origin", read_vector, offsetof(struct pel_plane, origin) },
+        { "normal", read_normal, offsetof(struct pel_plane, normal) },
+        { NULL },
+    };
+    return read_object(r, value, keys, object);
+}
+
+static bool read_slice(struct reading *r, const json_t *value, void *object)
+{
+    r->has.slice = true;
+    return read_plane(r, value, object);
+}
+
+static bool read_clip_planes(struct reading *r, const json_t *value, void *object)
+{
+    struct pel_scene *scene = object;
+    if (!check_array(r, value, PEL_MAX_CLIP_PLANES))
+        return false;
+    for (size_t i = 0; i < json_array_size(value); i++) {
+        size_t back = enter_entry(r, i);
+        scene->clip_planes[i] = (struct pel_plane) { { 0, 0, 0 }, { 0, 0, 1 } };
+        if (!read_plane(r, json_array_get(value, i), &scene->clip_planes[i]))
+            return false;
+        leave(r, back);
+    }
+    scene->clip_plane_count = (int)json_array_size(value);
+    return true;
+}
+
+static bool read_clip_box(struct reading *r, const json_t *value, void *object)
+{
+    struct pel_scene *scene = object;
+    scene->clip_box_enabled = !json_is_null(value);
+    return !scene->clip_box_enabled || pel_json_numbers(value, 6, scene->clip_box, r->error);
+}
+
+static bool read_isosurfaces(struct reading *r, const json_t *value, void *object)
+{
+    static const struct key keys[] = {
+        { "value", read_number, offsetof(struct pel_isosurface, value) },
+        { "color", read_color, offsetof(struct pel_isosurface, color) },
+        { "opacity", read_fraction, offsetof(struct pel_isosurface, opacity) },
+        { NULL },
+    };
+    struct pel_scene *scene = object;
+    if (!check_array(r, value, PEL_MAX_ISOSURFACES))
+        return false;
+    for (size_t i = 0; i < json_array_size(value); i++) {
+        const json_t *entry = json_array_get(value, i);
+        size_t back = enter_entry(r, i);
+        scene->isosurfaces[i] = (struct pel_isosurface) { 0, { 1, 1, 1 }, 1 };
+        if (!read_object(r, entry, keys, &scene->isosurfaces[i]))
+            return false;
+        if (!json_object_get(entry, "value"))
+            return pel_fail(r->error, PEL_ERROR_FORMAT, "an isosurface needs a value");
+        leave(r, back);
+    }
+    scene->isosurface_count = (int)json_array_size(value);
+    r->has.isosurfaces = scene->isosurface_count > 0;
+    return true;
+}
+
+static bool read_lights(struct reading *r, const json_t *value, void *object)
+{
+    static const struct key keys[] = {
+        { "headlight", read_bool, offsetof(struct pel_light, headlight) },
+        { "direction", read_normal, offsetof(struct pel_light, direction) },
+        { "color", read_color, offsetof(struct pel_light, color) },
+        { NULL },
+    };
+    struct pel_scene *scene = object;
+    if (!check_array(r, value, PEL_MAX_LIGHTS))
+        return false;
+    for (size_t i = 0; i < json_array_size(value); i++) {
+        const json_t *entry = json_array_get(value, i);
+        size_t back = enter_entry(r, i);
+        scene->lights[i] = (struct pel_light) { !json_object_get(entry, "direction"), { 0, 0, 1 }, { 1, 1, 1 } };
+        if (!read_object(r, entry, keys, &scene->lights[i]))
+            return false;
+        leave(r, back);
+    }
+    scene->light_count = (int)json_array_size(value);
+    return true;
+}
+
+static bool read_background(struct reading *r, const json_t *value, void *out)
+{
+    double *rgba = out;
+    rgba[3] = 1;
+    size_t count = json_is_array(value) && json_array_size(value) == 3 ? 3 : 4;
+    return pel_json_numbers(value, count, rgba, r->error) && check_fractions(r, rgba, 4);
+}
+
+static bool read_version(struct reading *r, const json_t *value, void *object)
+{
+    (void)object;
+    double version;
+    if (!pel_json_number(value, &version, r->error))
+        return false;
+    return version == 1 || pel_fail(r->error, PEL_ERROR_UNSUPPORTED, "version %g is not known; this program reads version 1", version);
+}
+
+static const struct key scene_keys[] = {
+    { "pellucid-scene", read_version, 0 },
+    { "volume", read_source, offsetof(struct pel_scene, source) },
+    { "transfer", read_transfer, offsetof(struct pel_scene, transfer) },
+    { "camera", read_camera, offsetof(struct pel_scene, camera) },
+    { "render", read_render, offsetof(struct pel_scene, render) },
+    { "isosurfaces", read_isosurfaces, 0 },
+    { "slice", read_slice, offsetof(struct pel_scene, slice) },
+    { "lights", read_lights, 0 },
+    { "clip-planes", read_clip_planes, 0 },
+    { "clip-box", read_clip_box, 0 },
+    { "background", read_background, offsetof(struct pel_scene, background) },
+    { "linear-light", read_bool, offsetof(struct pel_scene, linear_light) },
+    { NULL },
+};
+
+bool pel_scene_parse(const char *text, size_t size, const char *path, struct pel_scene *scene, struct pel_scene_parts *has,
+                     struct pel_error *error)
+{
+    json_t *root = pel_json_parse(text, size, error);
+    if (!root)
+        return false;
+    struct reading *r = pel_alloc(1, sizeof *r, "scene", error);
+    bool ok = false;
+    if (!r)
+        goto done;
+    r->scene = *scene;
+    r->scene.transfer = (struct pel_transfer) { 0 };
+    r->path = path;
+    r->error = error;
+    if (!pel_transfer_copy(&r->scene.transfer, &scene->transfer, error))
+        goto done;
+    ok = read_object(r, root, scene_keys, &r->scene);
+    if (ok) {
+        pel_transfer_finish(&scene->transfer);
+        *scene = r->scene;
+        if (has)
+            *has = r->has;
+    } else {
+        pel_transfer_finish(&r->scene.transfer);
+        if (r->where[0])
+            pel_fail_in(error, "%s: ", r->where);
+    }
+done:
+    free(r);
+    json_decref(root);
+    return ok;
+}
+
+bool pel_read_scene(const char *path, struct pel_scene *scene, struct pel_scene_parts *has, struct pel_error *error)
+{
+    size_t size;
+    char *text = pel_text_file_read(path, &size, error);
+    bool ok = text && pel_scene_parse(text, size, path, scene, has, error);
+    free(text);
+    return ok || pel_fail_in(error, "%s: ", path);
+}
