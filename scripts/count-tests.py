@@ -1,11 +1,22 @@
 #!/usr/bin/env python3
-"""Adds up what meson's test logs say: one line, `N passed, N failed, N skipped`. A cmocka program counts with each of its tests, any
-other program as one. Exit status 1 where something failed or nothing ran."""
+"""Adds up what meson's test logs say: one line, `N passed, N failed, N skipped`. A cmocka program, and one that speaks TAP, counts with each of
+its tests, any other program as one. Exit status 1 where something failed or nothing ran."""
 import json
 import re
 import sys
 
 SUMMARY = {"passed": "PASSED", "failed": "FAILED", "skipped": "SKIPPED"}
+
+
+def said(text):
+    """What a program says of its own tests, in cmocka's words or in TAP; all zero where it says nothing."""
+    if re.search(r"^1\.\.\d+", text, re.M):
+        found = dict.fromkeys(SUMMARY, 0)
+        for bad, rest in re.findall(r"^(not )?ok\b(.*)$", text, re.M):
+            found["skipped" if re.search(r"#\s*skip", rest, re.I) else "failed" if bad else "passed"] += 1
+        return found
+    # cmocka closes each group with "[  PASSED  ] 12 test(s)." and the like.
+    return {k: sum(int(n) for n in re.findall(r"\[  %s ?\s*\] (\d+) test\(s\)" % word, text)) for k, word in SUMMARY.items()}
 
 
 def count(entry):
@@ -15,8 +26,7 @@ def count(entry):
     good = result in ("OK", "EXPECTEDFAIL")
     if result == "SKIP":
         return 0, 0, 1
-    # cmocka closes each group with "[  PASSED  ] 12 test(s)." and the like.
-    found = {k: sum(int(n) for n in re.findall(r"\[  %s ?\s*\] (\d+) test\(s\)" % word, text)) for k, word in SUMMARY.items()}
+    found = said(text)
     if not any(found.values()):
         return (1, 0, 0) if good else (0, 1, 0)
     # A crash, a sanitizer's report or a time limit fails the program whatever its tests had said by then.
