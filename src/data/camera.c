@@ -103,8 +103,9 @@ static void box_corners(const struct pel_volume *volume, double corners[8][3], d
         pel_sub(corners[corner], centre, corners[corner]);
 }
 
-/* The camera looks at the centre from the distance at which the outermost corner lies at 90 % of the way from the middle of the picture to
- * its nearer edge. A corner (x, y, z) in the view's basis is seen from the distance d at x / (d + z), to be held against tan(half angle). */
+/* The camera looks at the centre from the distance at which the outermost corner lies at 90 % of the way from the middle of the picture
+ * to its nearer edge. A corner (x, y, z) in the view's basis is seen from the distance d at x / (d + z), to be held against the tangent of
+ * half the view angle. */
 void pel_camera_fit(struct pel_camera *camera, const struct pel_volume *volume, int width, int height)
 {
     const double fill = 0.9;

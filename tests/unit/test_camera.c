@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: MIT */
-/* Cameras: VTK's moves at hand-computed angles, rays against the projection that they invert, and views that frame the whole volume tightly. */
+/* Cameras: VTK's moves at hand-computed angles, rays against the projection that they invert, and views that frame the whole volume
+ * tightly. */
 #include <math.h>
 #include <stdarg.h>
 #include <setjmp.h>

@@ -105,10 +105,16 @@ static int noise(double x, double y, double z, uint32_t *seed)
     return (int)(next(seed) % 16);
 }
 
+/* How much of a voxel at the distance r lies in a ball. */
+static double ball(double r, double radius)
+{
+    return fmin(1, fmax(0, (radius - r) * N / 4 + 0.5));
+}
+
 /* CT of few gray levels: two tissues with noise and an edge of one partial voxel. */
 static int noisy_ct(double x, double y, double z, uint32_t *seed)
 {
-    double r = sqrt(x * x + y * y + z * z), inside = fmin(1, fmax(0, (0.8 - r) * N / 4 + 0.5)), bone = fmin(1, fmax(0, (0.4 - r) * N / 4 + 0.5));
+    double r = sqrt(x * x + y * y + z * z), inside = ball(r, 0.8), bone = ball(r, 0.4);
     return (int)(4 + 16 * inside + 30 * bone + next(seed) % 4);
 }
 
@@ -116,7 +122,7 @@ static int noisy_ct(double x, double y, double z, uint32_t *seed)
 static int clean_ct(double x, double y, double z, uint32_t *seed)
 {
     (void)seed;
-    double r = sqrt(x * x + y * y + z * z), inside = fmin(1, fmax(0, (0.8 - r) * N / 4 + 0.5)), bone = fmin(1, fmax(0, (0.4 - r) * N / 4 + 0.5));
+    double r = sqrt(x * x + y * y + z * z), inside = ball(r, 0.8), bone = ball(r, 0.4);
     return (int)(20 * inside + 30 * bone);
 }
 

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /* The Shepp-Logan head in 3D: ten ellipsoids whose densities add up, with the contrast that Toft gave it so that the eye can tell the
- * inside apart. Skull 1, brain 0.2, ventricles 0, tumours 0.3. Hard edges would alias into steps, so each voxel is the mean of subvoxels. */
+ * inside apart. Skull 1, brain 0.2, ventricles 0, tumours 0.3. Hard edges would alias into steps, so each voxel is the mean of
+ * subvoxels. */
 #include "fail.h"
 #include "formula.h"
 #include "grid.h"
