@@ -256,6 +256,36 @@ static void test_library_tables(void **state)
     }
 }
 
+/* Made-up texts into every kind of row: what is taken can be written and read back to the same bytes, what is refused changes nothing. */
+static void test_made_up_texts(void **state)
+{
+    (void)state;
+    static const char alphabet[] = "0123456789.,-+eExX# nafinftruo";
+    uint32_t seed = 2463534242u;
+    int taken = 0;
+    for (int round = 0; round < 200000; round++) {
+        char text[24], back[PEL_OPTION_TEXT_SIZE];
+        struct all a = { 0 }, b;
+        seed ^= seed << 13, seed ^= seed >> 17, seed ^= seed << 5;
+        const struct pel_option *row = &table[seed % (sizeof table / sizeof *table - 1)];
+        size_t length = (seed >> 8) % 12;
+        for (size_t i = 0; i < length; i++) {
+            seed ^= seed << 13, seed ^= seed >> 17, seed ^= seed << 5;
+            text[i] = alphabet[seed % (sizeof alphabet - 1)];
+        }
+        text[length] = 0;
+        b = a;
+        if (pel_option_set(row, &a, text, NULL)) {
+            taken += row->type != PEL_OPTION_TEXT;
+            pel_option_get(row, &a, back, sizeof back);
+            assert_true(pel_option_set(row, &b, back, NULL));
+        }
+        assert_memory_equal(&a, &b, offsetof(struct all, text));
+        assert_string_equal(a.text, b.text);
+    }
+    assert_true(taken > 1000);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -269,6 +299,7 @@ int main(void)
         cmocka_unit_test(test_get_like_snprintf),
         cmocka_unit_test(test_locale),
         cmocka_unit_test(test_library_tables),
+        cmocka_unit_test(test_made_up_texts),
     };
     return cmocka_run_group_tests_name("option", tests, NULL, NULL);
 }
