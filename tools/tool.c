@@ -72,10 +72,11 @@ int tool_finish_stdout(int status)
     errno = 0;
     if (fflush(stdout) == 0 && !ferror(stdout))
         return status;
+    if (status != EXIT_FINE) /* one error is told, the first */
+        return status;
     struct pel_error error = PEL_ERROR_INIT;
     tool_fail(&error, PEL_ERROR_IO, "standard output: %s", errno ? strerror(errno) : "cannot write");
-    int failed = tool_report(&error);
-    return status == EXIT_FINE ? failed : status;
+    return tool_report(&error);
 }
 
 double tool_milliseconds(void)

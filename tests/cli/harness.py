@@ -71,6 +71,11 @@ def run(*args, cwd=None, stdout=subprocess.PIPE, timeout=300, **more):
     return Result(done.returncode, done.stdout or b"", done.stderr, args)
 
 
+if run("--version").status != 0:
+    print("Bail out! %s does not run" % TOOL)
+    sys.exit(1)
+
+
 def fine(name, *args, **more):
     result = run(*args, **more)
     check(result.status == 0, name, result)
@@ -121,7 +126,7 @@ NRRD_TYPES = {"B": "uint8", "b": "int8", "H": "uint16", "h": "int16", "I": "uint
 def nrrd(path, sizes, code, values, extra=""):
     """A little-endian attached NRRD from numbers; `code` is struct's letter of the type."""
     head = "NRRD0004\ntype: %s\ndimension: %d\nsizes: %s\nendian: little\nencoding: raw\n%s\n" % (
-        NRRD_TYPES[code], len(sizes), " ".join(map(str, sizes)), extra)
+        NRRD_TYPES[code], len(sizes), " ".join(map(str, sizes)), extra + "\n" if extra else "")
     return write(path, head.encode() + struct.pack("<%d%s" % (len(values), code), *values))
 
 
