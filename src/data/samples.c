@@ -172,6 +172,7 @@ bool pel_volume_magnitude(const struct pel_volume *field, struct pel_volume *mag
     memcpy(magnitude->units, field->units, sizeof field->units);
     memcpy(magnitude->name, field->name, sizeof field->name);
     magnitude->space = field->space;
+    magnitude->has_void = magnitude->labels = false; /* NaN says it */
     struct magnitude_pass pass = { field, magnitude->data, pel_volume_samples(field), 0 };
     pass.slabs = pel_slab_count(pass.samples);
     pel_parallel_for(0, pass.slabs, magnitude_slab, &pass);
