@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* DICOM: a file, or a folder with a series of slices. dicom_file.c reads headers, dicom_series.c puts slices in order, dicom_pixels.c and dicom_decode.cpp unpack
+/* DICOM: a file, or a folder with a series of slices. dicom_file.c reads headers, dicom_series.c puts slices in order, dicom_pixels.c and dicom_decode.c unpack
  * pixels; here slices become a volume.
  *
  * Numbers are those that the scanner means, slope and intercept applied. Whole numbers stay whole (CT: stored - 1024 is still an integer); with a slope

@@ -9,10 +9,6 @@
 
 #include <pellucid/error.h>
 
-#ifdef __cplusplus
-extern "C" {
-#endif
-
 /* Where a frame lies and what its numbers mean. */
 struct pel_dicom_frame {
     bool has_position, has_orientation, has_spacing;
@@ -37,7 +33,6 @@ struct pel_dicom_file {
     char series_uid[72], description[72], modality[24], syntax[72];
     int series_number, instance_number, acquisition_number;
     double thickness, between; /* slice thickness, spacing between slices; 0: not told */
-    bool ge_private;
     struct pel_dicom_pixels pixels;
     struct pel_dicom_frame shared;  /* of all frames, as far as it is told */
     struct pel_dicom_frame *frames; /* owned; of each frame, NULL where none tells anything of its own */
@@ -66,11 +61,8 @@ size_t pel_dicom_frame_bytes(const struct pel_dicom_pixels *pixels);
 /* One frame's samples as stored (unpacked where the file compresses them): little-endian unless the file is big-endian. */
 bool pel_dicom_file_read(const struct pel_dicom_file *file, uint64_t frame, void *out, size_t size, struct pel_error *error);
 
-/* Unpacks a frame in JPEG, JPEG-LS or JPEG 2000 with GDCM (dicom_decode.cpp), and one in DICOM's run-length encoding (dicom_pixels.c). */
+/* Unpacks a frame in JPEG, JPEG-LS or JPEG 2000 (dicom_decode.c). */
 bool pel_dicom_decode(const char *syntax, const struct pel_dicom_pixels *pixels, const unsigned char *bytes, size_t size, void *out,
                       size_t out_size, struct pel_error *error);
 
-#ifdef __cplusplus
-}
-#endif
 #endif

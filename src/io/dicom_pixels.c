@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 /* The stored pixels of a DICOM file: what of them can be read, where each frame's bytes are, and DICOM's own run-length encoding (PS3.5, annex G). JPEG and
- * its relatives are unpacked in dicom_decode.cpp. */
+ * its relatives are unpacked in dicom_decode.c. */
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>

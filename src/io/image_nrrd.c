@@ -25,8 +25,10 @@ bool pel_nrrd_write_pixels(struct pel_safe_file *out, const float *pixels, int w
     }
     if (!ok)
         pel_fail_teem(error, PEL_ERROR_IO, "its header cannot be written");
-    nrrdNix(nrrd);
-    nrrdIoStateNix(nio);
+    if (nrrd)
+        nrrdNix(nrrd);
+    if (nio)
+        nrrdIoStateNix(nio);
     return ok && pel_safe_file_write(out, pixels, sizes[0] * sizes[1] * sizes[2] * sizeof *pixels, error);
 }
 

@@ -204,8 +204,10 @@ static bool take_shape(const struct reader *in, struct pel_metaimage *head, bool
 static bool take_key(const struct reader *in, struct pel_metaimage *head, struct pel_error *error)
 {
     bool taken;
-    if (!take_shape(in, head, &taken, error) || taken)
-        return taken;
+    if (!take_shape(in, head, &taken, error))
+        return false;
+    if (taken)
+        return true;
     if (is(in, "ElementType"))
         return take_type(in, head, error);
     if (is(in, "ElementNumberOfChannels"))

@@ -236,8 +236,9 @@ static bool read_samples(struct pel_stream *stream, uint64_t offset, const struc
         return false;
     /* An offset that points into the header can only mean that the samples follow it. */
     uint64_t skip = offset > at ? offset - at : 0;
-    return pel_stream_check(stream, bytes > UINT64_MAX - skip ? UINT64_MAX : bytes + skip, "samples", error) &&
-           pel_stream_skip(stream, skip, error) && pel_layout_read(layout, &(struct pel_sample_source){ from_stream, stream }, volume, error);
+    return pel_stream_check(stream, skip, "other things before its samples", error) && pel_stream_skip(stream, skip, error) &&
+           pel_stream_check(stream, bytes, "samples", error) &&
+           pel_layout_read(layout, &(struct pel_sample_source){ from_stream, stream }, volume, error);
 }
 
 static bool read_header(struct pel_stream *stream, struct parsed *parsed, struct pel_error *error)

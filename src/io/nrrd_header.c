@@ -271,7 +271,9 @@ void pel_nrrd_finish(struct pel_nrrd *head)
     for (size_t i = 0; i < head->file_count; i++)
         free(head->files[i]);
     free(head->files);
-    nrrdNuke(head->nrrd);
-    nrrdIoStateNix(head->nio);
+    if (head->nrrd)
+        nrrdNuke(head->nrrd);
+    if (head->nio)
+        nrrdIoStateNix(head->nio);
     *head = (struct pel_nrrd){ 0 };
 }

@@ -90,8 +90,10 @@ bool pel_nrrd_write_header(struct pel_safe_file *out, const struct pel_volume *v
         if (nrrdWrite(out->file, nrrd, nio))
             ok = pel_fail_teem(error, PEL_ERROR_IO, "its header cannot be written");
     }
-    nrrdNix(nrrd);
-    nrrdIoStateNix(nio);
+    if (nrrd)
+        nrrdNix(nrrd);
+    if (nio)
+        nrrdIoStateNix(nio);
     if (ok && data_file) {
         /* In place of the empty line that Teem ended the header with, where the file can go back; a header with both is no less right. */
         if (fseek(out->file, -1, SEEK_CUR) == 0 && fprintf(out->file, "data file: %s\n", data_file) < 0)
