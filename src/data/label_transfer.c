@@ -75,12 +75,14 @@ bool pel_label_transfer(struct pel_transfer *transfer, const struct pel_volume *
     double lo = volume->range[0], hi = volume->range[1];
     if (!(lo <= hi)) /* every sample is void */
         lo = hi = 0;
+    if (ceil(lo) > floor(hi)) /* no whole number between: fractions that somebody calls labels */
+        lo = hi = floor(lo);
     double values = floor(hi) - ceil(lo) + 1, width = ceil(values / MAX_LABEL_BINS);
     struct pel_histogram h;
     lo = ceil(lo) - 0.5;
     if (!pel_histogram_init(&h, volume, lo, lo + ceil(values / width) * width, (size_t)ceil(values / width), false, error))
         return false;
-    if (!(volume->range[0] <= volume->range[1]))
+    if (!(volume->range[0] <= volume->range[1]) || (h.count == 1 && !h.bins[0]))
         h.bins[0] = 1;
     bool ok = set_points(transfer, &h, opaque, error);
     pel_histogram_finish(&h);
