@@ -3,6 +3,7 @@ BUILD ?= build
 PREFIX ?= /usr/local
 DESTDIR ?=
 DATA ?=
+ARGS ?=
 FUZZ_SECONDS ?= 600
 BENCH_ARGS ?=
 export DEBIAN_FRONTEND = noninteractive
@@ -17,8 +18,8 @@ all: ## build the program (build/tools/pellucid) and the library
 	@scripts/deps build
 	@scripts/build "$(BUILD)"
 
-demo: all ## pictures into demo/: a hydrogen orbital and a head; with DATA=path, of that file or folder too
-	@scripts/demo "$(BUILD)" $(if $(DATA),"$(DATA)")
+demo: all ## pictures into demo/: a hydrogen orbital and a head; with DATA=path (and ARGS=options of render), of that file too
+	@scripts/demo "$(BUILD)" $(if $(DATA),"$(DATA)" $(ARGS))
 
 check: ## all tests, in a release build and in one with ASan and UBSan
 	@scripts/deps build check
