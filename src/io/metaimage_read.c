@@ -44,6 +44,8 @@ static bool open_file(struct data *d, const char *name, struct pel_error *error)
     bool there = stat(path, &data) == 0;
     if (there && stat(d->path, &header) == 0 && header.st_dev == data.st_dev && header.st_ino == data.st_ino) {
         pel_fail(error, PEL_ERROR_FORMAT, "is the header itself, named as its own data file");
+    } else if (there && !S_ISREG(data.st_mode)) { /* a device or a pipe might keep us for ever */
+        pel_fail(error, PEL_ERROR_FORMAT, "is no regular file");
     } else {
         /* gzip is looked through where the length does not say that the file is just the samples. */
         bool exact = there && (uint64_t)data.st_size == d->piece;

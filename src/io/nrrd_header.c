@@ -9,12 +9,13 @@
 #include "fail.h"
 #include "nrrd.h"
 
-enum { MAX_HEADER = 1 << 20, MAX_LINE = 1 << 16 };
+enum { MAX_HEADER = 1 << 24, MAX_FIELDS = 1 << 17, MAX_LINE = 1 << 16 };
 
 /* Fields that Teem is asked to parse, and those that nothing here depends on. Spaces are left out, as the format allows. */
 static const char *const teem_fields[] = { "type", "dimension", "sizes", "spacings", "axismins", "axismaxs", "centers", "centerings", "kinds",
                                            "units", "encoding", "endian", "lineskip", "byteskip", "content", "space", "spacedimension",
                                            "spaceunits", "spaceorigin", "spacedirections", "measurementframe", NULL };
+static const char *const first_fields[] = { "dimension", "space", "spacedimension", NULL };
 static const char *const other_fields[] = { "number", "labels", "thicknesses", "min", "max", "oldmin", "oldmax", "sampleunits", "blocksize",
                                             NULL };
 
@@ -23,8 +24,10 @@ struct lines {
     char *line; /* MAX_LINE */
     size_t total;
     int number;
-    char *text; /* for Teem; MAX_HEADER */
-    size_t used;
+    /* For Teem, MAX_FIELDS each: the lines on which others depend, and the others. Teem forgets to free what it has when they come too late. */
+    char *first, *text;
+    size_t first_used, used;
+    bool has_dimension;
     char *data_file; /* the "data file" field's value, or NULL */
 };
 
@@ -57,7 +60,7 @@ static bool read_line(struct lines *in, bool *there, struct pel_error *error)
             return false;
         if (got == 0 || c == '\n')
             break;
-        if (n + 1 >= MAX_LINE || ++in->total > MAX_HEADER - 64)
+        if (n + 1 >= MAX_LINE || ++in->total > MAX_HEADER)
             return pel_fail(error, PEL_ERROR_FORMAT, "line %d: the header is too long to be one", in->number + 1);
         in->line[n++] = c ? c : ' ';
     }
@@ -100,9 +103,31 @@ static void take_key_value(struct pel_nrrd *head, const char *line)
     }
 }
 
+/* Whether a quotation mark is opened and not closed; \" within quotes is no mark. */
+static bool ends_in_quotes(const char *line)
+{
+    bool within = false;
+    for (const char *c = line; *c; c++) {
+        if (within && c[0] == '\\' && c[1] == '"')
+            c++;
+        else if (*c == '"')
+            within = !within;
+    }
+    return within;
+}
+
+static bool add_line(const struct lines *in, char *text, size_t *used, struct pel_error *error)
+{
+    int n = snprintf(text + *used, MAX_FIELDS - *used, "%s\n", in->line);
+    if (n < 0 || (size_t)n >= MAX_FIELDS - *used)
+        return pel_fail(error, PEL_ERROR_FORMAT, "line %d: the header is too long to be one", in->number);
+    *used += (size_t)n;
+    return true;
+}
+
 static bool take_line(struct lines *in, struct pel_nrrd *head, struct pel_file_info *info, struct pel_error *error)
 {
-    static const char *const data_file[] = { "datafile", NULL };
+    static const char *const data_file[] = { "datafile", NULL }, *const dimension[] = { "dimension", NULL };
     const char *line = in->line, *colon = strstr(line, ": "), *pair = strstr(line, ":=");
     if (line[0] == '#')
         return true;
@@ -113,15 +138,14 @@ static bool take_line(struct lines *in, struct pel_nrrd *head, struct pel_file_i
         in->data_file = pel_strdup(colon + 2 + strspn(colon + 2, " \t"), error);
         return in->data_file != NULL;
     }
+    in->has_dimension = in->has_dimension || (colon && listed(line, name, dimension));
     if (colon && listed(line, name, teem_fields)) {
-        int quotes = 0;
-        for (const char *c = line; *c; c++)
-            quotes += *c == '"';
-        if (quotes % 2) {
+        if (ends_in_quotes(line))
             pel_info_note(info, "line %d of the header has a quotation mark too few and is left out", in->number);
-            return true;
-        }
-        in->used += (size_t)snprintf(in->text + in->used, MAX_HEADER - in->used, "%s\n", line);
+        else if (listed(line, name, first_fields))
+            return add_line(in, in->first, &in->first_used, error);
+        else
+            return add_line(in, in->text, &in->used, error);
         return true;
     }
     if (colon && listed(line, name, other_fields))
@@ -214,7 +238,6 @@ static bool read_lines(struct lines *in, struct pel_nrrd *head, struct pel_file_
         return false;
     if (strncmp(in->line, "NRRD", 4) != 0)
         return pel_fail(error, PEL_ERROR_FORMAT, "does not begin with NRRD");
-    in->used = (size_t)snprintf(in->text, MAX_HEADER, "NRRD0005\n");
     for (;;) {
         if (!read_line(in, &there, error))
             return false;
@@ -231,15 +254,30 @@ static bool read_lines(struct lines *in, struct pel_nrrd *head, struct pel_file_
     return there || pel_fail(error, PEL_ERROR_FORMAT, "ends within its header, and names no data file; it is truncated");
 }
 
+/* Goes straight to Teem's parser of header lines: nrrdStringRead, which is around it, loses memory whenever it refuses something at its end. */
 static bool parse_fields(const char *text, struct pel_nrrd *head, struct pel_error *error)
 {
+    static const char magic[] = "NRRD0005";
     head->nrrd = nrrdNew();
     head->nio = nrrdIoStateNew();
-    if (!head->nrrd || !head->nio)
+    char *line = pel_alloc(sizeof magic, 1, "header", error);
+    if (!head->nrrd || !head->nio || !line) {
+        free(line);
         return pel_fail(error, PEL_ERROR_MEMORY, "no memory for the header");
+    }
+    memcpy(line, magic, sizeof magic);
+    head->nio->line = line; /* as if it had read it; freed with the state */
+    head->nio->lineLen = sizeof magic;
+    head->nio->headerStringRead = text;
+    head->nio->format = nrrdFormatNRRD;
     head->nio->skipData = 1;
-    if (nrrdStringRead(head->nrrd, text, head->nio) != 0)
-        return pel_fail_teem(error, PEL_ERROR_FORMAT, "its header cannot be understood");
+    bool ok = nrrdFormatNRRD->read(NULL, head->nrrd, head->nio) == 0 || pel_fail_teem(error, PEL_ERROR_FORMAT, "its header cannot be understood");
+    head->nio->headerStringRead = NULL;
+    return ok;
+}
+
+static bool needed_fields_are_there(const struct pel_nrrd *head, struct pel_error *error)
+{
     static const struct {
         int field;
         const char *name;
@@ -256,10 +294,17 @@ bool pel_nrrd_read_header(struct pel_stream *stream, struct pel_nrrd *head, stru
     *head = (struct pel_nrrd){ 0 };
     struct lines in = { .stream = stream };
     in.line = pel_alloc(MAX_LINE, 1, "header", error);
-    in.text = in.line ? pel_alloc(MAX_HEADER, 1, "header", error) : NULL;
-    bool ok = in.text && read_lines(&in, head, info, error) && parse_fields(in.text, head, error);
+    in.first = in.line ? pel_alloc(2, MAX_FIELDS, "header", error) : NULL;
+    in.text = in.first ? in.first + MAX_FIELDS : NULL;
+    bool ok = in.text && read_lines(&in, head, info, error);
+    if (ok && !in.has_dimension)
+        ok = pel_fail(error, PEL_ERROR_FORMAT, "its header has no \"dimension\"");
+    if (ok) {
+        memmove(in.first + in.first_used, in.text, in.used + 1);
+        ok = parse_fields(in.first, head, error) && needed_fields_are_there(head, error);
+    }
     free(in.line);
-    free(in.text);
+    free(in.first);
     free(in.data_file);
     if (!ok)
         pel_nrrd_finish(head);

@@ -126,8 +126,11 @@ static bool open_file(struct data *d, const char *name, struct pel_error *error)
     if (!path)
         return false;
     struct stat header, data;
-    if (stat(path, &data) == 0 && stat(d->path, &header) == 0 && header.st_dev == data.st_dev && header.st_ino == data.st_ino)
+    bool there = stat(path, &data) == 0;
+    if (there && stat(d->path, &header) == 0 && header.st_dev == data.st_dev && header.st_ino == data.st_ino)
         pel_fail(error, PEL_ERROR_FORMAT, "is the header itself, named as its own data file");
+    else if (there && !S_ISREG(data.st_mode)) /* a device or a pipe might keep us for ever */
+        pel_fail(error, PEL_ERROR_FORMAT, "is no regular file");
     else
         d->file = pel_stream_open(path, coding_of(d, path), d->progress, error);
     if (!d->file)
