@@ -40,7 +40,15 @@ static void stop(struct scan *scan)
     XML_StopParser(scan->parser, XML_FALSE);
 }
 
-#define refuse(scan, ...) ((scan)->failed = true, pel_fail((scan)->error, __VA_ARGS__), stop(scan))
+/* An attribute may hold any character, and messages quote it: they stay one line. */
+static void keep_line(struct pel_error *error)
+{
+    for (char *at = error ? error->message : NULL; at && *at; at++)
+        if ((unsigned char)*at < ' ')
+            *at = ' ';
+}
+
+#define refuse(scan, ...) ((scan)->failed = true, pel_fail((scan)->error, __VA_ARGS__), keep_line((scan)->error), stop(scan))
 
 static const char *attribute(const char **attributes, const char *name)
 {
