@@ -31,32 +31,40 @@ struct prepared {
     int subvoxels;
     double voxel;
     double cosine[10], sine[10];
+    double reach[10]; /* how much the scaled distance from the centre can change within half a voxel's diagonal */
 };
 
-static double density_at(const struct prepared *head, double x, double y, double z)
+/* Distance from an ellipsoid's centre, scaled so that 1 is its surface, squared. */
+static double scaled_distance2(const struct prepared *head, int i, double x, double y, double z)
 {
-    int tenths = 0; /* all densities are tenths: summed as integers, they come out exact */
-    for (int i = 0; i < 10; i++) {
-        const struct ellipsoid *e = &ellipsoids[i];
-        double dx = x - e->centre[0], dy = y - e->centre[1], dz = (z - e->centre[2]) / e->axes[2];
-        double u = (dx * head->cosine[i] + dy * head->sine[i]) / e->axes[0], v = (dy * head->cosine[i] - dx * head->sine[i]) / e->axes[1];
-        if (u * u + v * v + dz * dz <= 1)
-            tenths += (int)floor(e->density * 10 + 0.5);
-    }
-    return tenths / 10.0;
+    const struct ellipsoid *e = &ellipsoids[i];
+    double dx = x - e->centre[0], dy = y - e->centre[1], w = (z - e->centre[2]) / e->axes[2];
+    double u = (dx * head->cosine[i] + dy * head->sine[i]) / e->axes[0], v = (dy * head->cosine[i] - dx * head->sine[i]) / e->axes[1];
+    return u * u + v * v + w * w;
 }
 
-static void sample(const void *context, const double p[3], float *out)
+static int count_inside(const struct prepared *head, int ellipsoid, const double p[3])
 {
-    const struct prepared *head = context;
-    int n = head->subvoxels;
-    double sum = 0;
+    int n = head->subvoxels, inside = 0;
+    double step = head->voxel / n, first = (step - head->voxel) / 2;
     for (int k = 0; k < n; k++)
         for (int j = 0; j < n; j++)
             for (int i = 0; i < n; i++)
-                sum += density_at(head, p[0] + head->voxel * ((i + 0.5) / n - 0.5), p[1] + head->voxel * ((j + 0.5) / n - 0.5),
-                                  p[2] + head->voxel * ((k + 0.5) / n - 0.5));
-    *out = (float)(sum / (n * n * n));
+                inside += scaled_distance2(head, ellipsoid, p[0] + first + i * step, p[1] + first + j * step, p[2] + first + k * step) <= 1;
+    return inside;
+}
+
+/* All densities are tenths: summed as integers over the subvoxels, flat regions come out exact. */
+static void sample(const void *context, const double p[3], float *out)
+{
+    const struct prepared *head = context;
+    int all = head->subvoxels * head->subvoxels * head->subvoxels, sum = 0;
+    for (int i = 0; i < 10; i++) {
+        double distance = sqrt(scaled_distance2(head, i, p[0], p[1], p[2]));
+        int inside = distance > 1 + head->reach[i] ? 0 : distance < 1 - head->reach[i] ? all : count_inside(head, i, p);
+        sum += (int)floor(ellipsoids[i].density * 10 + 0.5) * inside;
+    }
+    *out = (float)(sum / (10.0 * all));
 }
 
 static bool make(const void *params, struct pel_volume *volume, struct pel_error *error)
@@ -68,6 +76,8 @@ static bool make(const void *params, struct pel_volume *volume, struct pel_error
     for (int i = 0; i < 10; i++) {
         head.cosine[i] = pel_cos(ellipsoids[i].degrees * PEL_PI / 180);
         head.sine[i] = pel_sin(ellipsoids[i].degrees * PEL_PI / 180);
+        double least = fmin(ellipsoids[i].axes[0], fmin(ellipsoids[i].axes[1], ellipsoids[i].axes[2]));
+        head.reach[i] = head.voxel * 0.8661 / least; /* just over half the square root of 3 */
     }
     return pel_dataset_fill(volume, h->size, 1, 0, 1, sample, &head, error);
 }
@@ -75,7 +85,7 @@ static bool make(const void *params, struct pel_volume *volume, struct pel_error
 static const struct pel_option options[] = {
     PEL_DATASET_SIZE_ROW(struct head, "64"),
     { "subvoxels", "Subvoxels", "Points along each axis whose mean is a voxel; 1 gives hard edges", PEL_OPTION_INT,
-      offsetof(struct head, subvoxels), 1, 8, "2", NULL, NULL },
+      offsetof(struct head, subvoxels), 1, 8, "4", NULL, NULL },
     { NULL },
 };
 
