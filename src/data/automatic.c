@@ -35,7 +35,8 @@ static void object_opacities(const struct pel_survey *s, struct pel_opacity_poin
             below += s->count[bin];
         double rank = total > 0 ? below / total : 0, rare = clamp01((rank - common) / (1 - common));
         double rise = clamp01((value - s->threshold) / (s->isovalue - s->threshold));
-        double edge = s->kind == PEL_SURVEY_MATERIALS ? 0.2 + 0.8 * s->gradient[pel_survey_bin(s, value)] : 1;
+        double inside = s->kind == PEL_SURVEY_MATERIALS ? 0.2 + 0.8 * s->gradient[pel_survey_bin(s, value)] : 1;
+        double edge = inside + (1 - inside) * rare * rare; /* what is rare has small parts: nearly all of it is boundary */
         points[k].value = value;
         points[k].opacity = clamp01(rise * (base + (dense - base) * rare * sqrt(rare)) * edge);
     }
@@ -101,6 +102,7 @@ static int by_value(const void *a, const void *b)
 static double typical_depth(const struct pel_volume *volume, const struct pel_survey *s)
 {
     enum { RAYS = 48 };
+    bool met[RAYS * RAYS] = { false };
     size_t nx = volume->dims[0], ny = volume->dims[1], nz = volume->dims[2], found = 0;
     double *sums = calloc(RAYS * RAYS + nx, sizeof *sums), *row = sums ? sums + RAYS * RAYS : NULL, result = 0;
     if (!sums)
@@ -110,12 +112,13 @@ static double typical_depth(const struct pel_volume *volume, const struct pel_su
             pel_samples_load(volume, ((2 * k + 1) * nz / (2 * RAYS) * ny + y) * nx, nx, row);
             for (size_t i = 0; i < RAYS; i++) {
                 double value = row[(2 * i + 1) * nx / (2 * RAYS)];
-                if (value > s->threshold) /* not NaN; noise has a sum too */
+                if (value > s->threshold) /* not NaN, and not noise */
                     sums[k * RAYS + i] += fmin((value - s->background) / (s->top - s->background), 1);
+                met[k * RAYS + i] |= value > s->isovalue;
             }
         }
     for (size_t i = 0; i < RAYS * RAYS; i++)
-        if (sums[i] > 0)
+        if (met[i])
             sums[found++] = sums[i];
     if (found > 0) {
         qsort(sums, found, sizeof *sums, by_value);

@@ -90,35 +90,49 @@ static int choose_bins(const struct pel_volume *volume, double *lo, double *hi)
     return bins < 1 ? 1 : bins;
 }
 
-/* Narrows the interval to the values of all but a few thousandths of the samples outside the mode. */
+/* The fine bins between which all but `part` of the counts lie at each end; the bin `skip` is left out. */
+static void fine_quantiles(const double *count, int skip, double part, int *first, int *last)
+{
+    double total = 0, below = 0;
+    for (int i = 0; i < FINE_BINS; i++)
+        total += i == skip ? 0 : count[i];
+    *first = *last = skip;
+    for (int i = 0; i < FINE_BINS; i++) {
+        double here = i == skip ? 0 : count[i];
+        if (below <= total * part && below + here > total * part)
+            *first = i;
+        if (below < total * (1 - part) && below + here >= total * (1 - part))
+            *last = i;
+        below += here;
+    }
+}
+
+/* Narrows the interval: leaves out a few values at the ends if that makes much of a difference, and a fill value far from all others. */
 static bool narrow(const struct pel_volume *volume, double *lo, double *hi)
 {
-    double *count = calloc(FINE_BINS, sizeof *count), total = 0, below = 0, sum = 0;
+    double *count = calloc(FINE_BINS, sizeof *count);
     if (!count || !add_slabs(volume, *lo, *hi, FINE_BINS, count, NULL)) {
         free(count);
         return false;
     }
-    int mode = 0, first = 0, last = FINE_BINS - 1;
+    int mode = 0, first, last, near_first, near_last;
     for (int i = 0; i < FINE_BINS; i++)
         mode = count[i] > count[mode] ? i : mode;
-    for (int i = 0; i < FINE_BINS; i++)
-        total += i == mode ? 0 : count[i];
-    for (int i = 0; i < FINE_BINS; i++) {
-        sum += i == mode ? 0 : count[i];
-        if (sum <= total * 0.001)
-            first = i;
-        if (below <= total * 0.996)
-            last = i;
-        below = sum;
-    }
-    first = mode < first ? mode : first;
-    last = mode > last ? mode : last;
-    double width = (*hi - *lo) / FINE_BINS, start = *lo;
-    if (total > 0) {
-        *lo = start + width * first;
-        *hi = start + width * (last + 1);
-    }
+    fine_quantiles(count, mode, 0.0001, &first, &last);
+    fine_quantiles(count, mode, 0.004, &near_first, &near_last);
     free(count);
+    if ((near_last - near_first + 1) * 5 < (last - first + 1) * 2) {
+        first = near_first;
+        last = near_last;
+    }
+    bool fill_value = (last - first + 1) * 20 < abs((first + last) / 2 - mode);
+    if (!fill_value) {
+        first = mode < first ? mode : first;
+        last = mode > last ? mode : last;
+    }
+    double width = (*hi - *lo) / FINE_BINS, start = *lo;
+    *lo = start + width * first;
+    *hi = last + 1 < FINE_BINS ? start + width * (last + 1) : *hi;
     return true;
 }
 
@@ -224,42 +238,63 @@ static int find_background(const struct pel_survey *s, int window)
     return peak;
 }
 
-/* First peak above the background that is worth the name; -1 where values only fall off. */
-static int find_material(const struct pel_survey *s, int background, int window)
+/* The middle of the background's peak at half its height (0 where the range begins with the mode), and the bin where its upper
+ * flank has come down. */
+static int background_peak(const struct pel_survey *s, int mode, int *flank)
 {
-    double object = share(s, background + window + 1, s->bins);
-    int valley = background + window, last = s->bins - 1 - s->bins / 64; /* the last bins hold what was cut off: no peak */
+    int left = mode, right = mode;
+    while (left > 0 && s->smooth[left - 1] >= 0.5 * s->smooth[mode])
+        left--;
+    while (right + 1 < s->bins && s->smooth[right + 1] >= 0.5 * s->smooth[mode])
+        right++;
+    for (*flank = right; *flank + 1 < s->bins && s->smooth[*flank] >= 0.1 * s->smooth[mode];)
+        ++*flank;
+    return mode == 0 ? 0 : (left + right) / 2;
+}
+
+/* What a peak has above the height of the valley before it, up to where it has come down half of the way. */
+static double excess(const struct pel_survey *s, int valley, int peak)
+{
+    double sum = 0, half = (s->smooth[valley] + s->smooth[peak]) / 2;
+    for (int i = valley + 1; i < s->bins && (i <= peak || s->smooth[i] >= half); i++)
+        sum += s->smooth[i] - s->smooth[valley];
+    return sum;
+}
+
+/* First peak above the background that is worth the name; -1 where values only fall off. */
+static int find_material(const struct pel_survey *s, int flank)
+{
+    double object = share(s, flank + 1, s->bins);
+    int valley = flank, last = s->bins - 1 - s->bins / 64; /* the last bins hold what is saturated: no peak */
     for (int i = valley + 1; i < last; i++) {
-        if (s->smooth[i] < s->smooth[valley]) {
+        if (s->smooth[i] < s->smooth[valley])
             valley = i;
-        } else if (s->smooth[i] > s->smooth[i + 1] && s->smooth[i] > 1.4 * s->smooth[valley] &&
-                   share(s, valley, 2 * i - valley) > 0.02 * object) {
+        else if (s->smooth[i] > s->smooth[i + 1] && s->smooth[i] > 1.4 * s->smooth[valley] && excess(s, valley, i) > 0.03 * object)
             return i;
-        }
     }
     return -1;
 }
 
 /* Where the boundary between background and material shows: the steepest value, or a little before, where thin parts hold on. */
-static int find_boundary(const struct pel_survey *s, int background, int material)
+static int find_boundary(const struct pel_survey *s, int background, int flank, int material)
 {
     double most = 1e-9; /* no gradients are known where squares of values overflow */
-    for (int i = background + 1; i <= material; i++)
+    for (int i = flank; i <= material; i++)
         most = fmax(most, s->gradient[i]);
     int middle = background + (material - background + 1) / 2;
-    for (int i = background + 1; i < middle; i++)
+    for (int i = flank + 1; i < middle; i++)
         if (s->gradient[i] >= 0.9 * most)
-            return i;
+            return (i + middle) / 2;
     return middle;
 }
 
 /* Noise changes little from voxel to voxel in comparison with a boundary: it ends where the gradient becomes a good part of the boundary's. */
-static int find_noise_end(const struct pel_survey *s, int background, int boundary)
+static int find_noise_end(const struct pel_survey *s, int background, int flank, int boundary)
 {
     int bin = background + 1 + (boundary - background) / 8, last = background + (boundary - background) / 2;
     while (bin < last && s->gradient[bin] < 0.3 * s->gradient[boundary])
         bin++;
-    return bin;
+    return bin > flank ? bin : flank;
 }
 
 /* The bin above which `part` of the total of (value - background) lies. */
@@ -277,17 +312,17 @@ static int enclose(const struct pel_survey *s, int background, double part)
 }
 
 /* Background known: what kind of object stands out of it, and where it begins. Gives its boundary's bin. */
-static int judge_object(struct pel_survey *s, int background, int window)
+static int judge_object(struct pel_survey *s, int background, int flank)
 {
-    double below = share(s, 0, background - window - 1), above = share(s, background + window + 1, s->bins);
+    double below = share(s, 0, 2 * background - flank - 1), above = share(s, flank + 1, s->bins);
     if (background * 4 > s->bins && background * 4 < 3 * s->bins && below > 0.25 * above && above > 0.25 * below) {
         s->kind = PEL_SURVEY_SIGNED;
         return enclose(s, background, 0.7);
     }
-    int material = find_material(s, background, window);
+    int material = find_material(s, flank);
     if (material >= 0) {
         s->kind = PEL_SURVEY_MATERIALS;
-        return find_boundary(s, background, material);
+        return find_boundary(s, background, flank, material);
     }
     /* Where much of the object is saturated (vessels full of contrast) its share would leave nothing but the thickest parts. */
     s->kind = PEL_SURVEY_FIELD;
@@ -296,29 +331,40 @@ static int judge_object(struct pel_survey *s, int background, int window)
     return isovalue < most ? isovalue : most;
 }
 
+static void judge_background(struct pel_survey *s, int mode, int window)
+{
+    int flank, background = background_peak(s, mode, &flank);
+    flank = flank > background + window ? flank : background + window;
+    flank = flank < s->bins - 1 ? flank : s->bins - 1;
+    int isovalue = judge_object(s, background, flank);
+    isovalue = isovalue > flank ? isovalue : flank;
+    /* Half a bin lower: of two values, 0 and 1, the boundary is at 0.5. */
+    s->background = pel_survey_value(s, background);
+    s->isovalue = pel_survey_value(s, isovalue - 0.5);
+    if (s->kind == PEL_SURVEY_MATERIALS)
+        s->threshold = pel_survey_value(s, find_noise_end(s, background, flank, isovalue) - 0.5);
+    else
+        s->threshold = s->background + (s->isovalue - s->background) * 0.35;
+    /* Never at the isovalue: opacity rises from one to the other. */
+    s->threshold = fmin(s->threshold, s->background + (s->isovalue - s->background) * 0.6);
+}
+
 static void judge(struct pel_survey *s)
 {
-    int window = s->bins / 40 > 1 ? s->bins / 40 : 1, background = find_background(s, window);
-    if (background < 0) {
+    int window = s->bins / 40 > 1 ? s->bins / 40 : 1, mode = find_background(s, window);
+    if (mode >= 0) {
+        judge_background(s, mode, window);
+    } else {
         s->kind = PEL_SURVEY_FULL;
         s->background = s->lo;
         s->threshold = pel_survey_value(s, quantile(s, 0, 0.3));
         s->isovalue = pel_survey_value(s, quantile(s, 0, 0.9));
-    } else {
-        int isovalue = judge_object(s, background, window);
-        if (isovalue <= background)
-            isovalue = background + 1 < s->bins ? background + 1 : background;
-        /* Half a bin lower: of two values, 0 and 1, the boundary is at 0.5. */
-        s->background = pel_survey_value(s, background);
-        s->isovalue = pel_survey_value(s, isovalue - 0.5);
-        s->threshold = s->background + (s->isovalue - s->background) * 0.35;
-        if (s->kind == PEL_SURVEY_MATERIALS)
-            s->threshold = pel_survey_value(s, find_noise_end(s, background, isovalue) - 0.5);
     }
-    int threshold = pel_survey_bin(s, s->threshold);
-    s->fill = share(s, threshold + 1, s->bins);
-    s->top = pel_survey_value(s, quantile(s, threshold + 1 < s->bins ? threshold + 1 : threshold, 0.99));
-    s->top = fmax(s->top, s->isovalue);
+    int first = pel_survey_bin(s, s->threshold);
+    s->fill = share(s, first + 1, s->bins);
+    first += first + 1 < s->bins;
+    int near = quantile(s, first, 0.99), far = quantile(s, first, 0.999); /* a long thin tail would take most of the colours */
+    s->top = fmax(pel_survey_value(s, (near - first) * 2 < far - first ? near : far), s->isovalue);
 }
 
 void pel_survey_volume(const struct pel_volume *volume, struct pel_survey *s)
