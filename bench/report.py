@@ -80,7 +80,9 @@ def block(result, records, key, programs, limit=False):
     if not records:
         return ""
     limit = limit and any(reached(r, result) for r in records)
-    lines = ["| scene | Pellucid | " + "".join(HEADINGS[p] + " | " for p in programs) + ("of the limit | " if limit else "")]
+    soft = any("llvmpipe" in run.get("gl", "") for r in records for run in r["runs"].get("vtk-gpu", []))
+    names = [HEADINGS[p] + (", llvmpipe" if soft and p == "vtk-gpu" else "") for p in programs]
+    lines = ["| scene | Pellucid | " + "".join(n + " | " for n in names) + ("of the limit | " if limit else "")]
     lines.append("| --- |" + " ---: |" * (1 + len(programs) + limit))
     for r in records:
         lines.append("| %s | %s | " % (label(r), number(median(r, "pellucid", key))) + "".join(cell(r, p, key) + " | " for p in programs)
