@@ -176,7 +176,7 @@ FACTS = {  # dims, type, min, max, mean, non-zero; None: not recorded
     "frogtissue.mhd": ([500, 470, 136], "u8", 0, 29, 0.384214, 1156957),
     "ironProt.vtk": ([68, 68, 68], "u8", 0, 255, None, None),
     "hydrogen.vti": ([64, 64, 64], "f32", 0, 1, None, None),
-    "isabel_speed.vti": ([125, 125, 25], "f64", 0, 78.7, None, None),
+    "isabel_speed.vti": ([125, 125, 25], "f64", 0, 76.5653, None, None), # as its own RangeMax says
     "pet_dicom": ([128, 128, 299], None, None, None, None, None),
     "carotid_velocity.nrrd": ([76, 49, 45], "f32", 0, 22.6949, 0.167487, None),
     "wind.nrrd": ([41, 35, 15], "f32", 0.268123, 78.907, 20.598614, None),
