@@ -30,7 +30,7 @@ bench: all ## measure this program beside VTK and VolPack; BENCH_ARGS=--quick fo
 	@bench/run --build "$(BUILD)" $(BENCH_ARGS)
 
 fuzz: ## run every fuzz target for FUZZ_SECONDS (600) each
-	@scripts/deps build fuzz
+	@scripts/deps build check fuzz
 	@scripts/fuzz "$(BUILD)-fuzz" $(FUZZ_SECONDS)
 
 install: all ## install under PREFIX (/usr/local), staged in DESTDIR
