@@ -10,6 +10,7 @@ bool pel_nrrd_write_pixels(struct pel_safe_file *out, const float *pixels, int w
                            struct pel_error *error)
 {
     size_t sizes[3] = { (size_t)channels, (size_t)width, (size_t)height }, first = channels == 1;
+    pel_teem_lock();
     Nrrd *nrrd = nrrdNew();
     NrrdIoState *nio = nrrdIoStateNew();
     bool ok = nrrd && nio && nrrdWrap_nva(nrrd, (void *)pixels, nrrdTypeFloat, 3 - (unsigned)first, sizes + first) == 0;
@@ -29,6 +30,7 @@ bool pel_nrrd_write_pixels(struct pel_safe_file *out, const float *pixels, int w
         nrrdNix(nrrd);
     if (nio)
         nrrdIoStateNix(nio);
+    pel_teem_unlock();
     return ok && pel_safe_file_write(out, pixels, sizes[0] * sizes[1] * sizes[2] * sizeof *pixels, error);
 }
 

@@ -29,6 +29,11 @@ void pel_nrrd_finish(struct pel_nrrd *head); /* accepts a zeroed one */
 bool pel_nrrd_interpret(const struct pel_nrrd *head, struct pel_layout *layout, struct pel_volume *volume, struct pel_file_info *info,
                         struct pel_error *error);
 
+/* Teem keeps its errors in a list of the whole program (biff), so that only one thread may be in it. What parses or writes headers holds this lock, the
+ * only thing in this library that outlives a call; samples are read and written outside of it. */
+void pel_teem_lock(void);
+void pel_teem_unlock(void);
+
 /* Makes one line of what Teem said and clears it: "parsed 2 values, but dimension is 3". */
 bool pel_fail_teem(struct pel_error *error, enum pel_error_code code, const char *what);
 

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /* The lines of a NRRD header: those that say where the data are we take ourselves, those that say what they are go to Teem. */
 #include <ctype.h>
+#include <pthread.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -30,6 +31,18 @@ struct lines {
     bool has_dimension;
     char *data_file; /* the "data file" field's value, or NULL */
 };
+
+static pthread_mutex_t teem_mutex = PTHREAD_MUTEX_INITIALIZER;
+
+void pel_teem_lock(void)
+{
+    pthread_mutex_lock(&teem_mutex);
+}
+
+void pel_teem_unlock(void)
+{
+    pthread_mutex_unlock(&teem_mutex);
+}
 
 bool pel_fail_teem(struct pel_error *error, enum pel_error_code code, const char *what)
 {
@@ -301,7 +314,10 @@ bool pel_nrrd_read_header(struct pel_stream *stream, struct pel_nrrd *head, stru
         ok = pel_fail(error, PEL_ERROR_FORMAT, "its header has no \"dimension\"");
     if (ok) {
         memmove(in.first + in.first_used, in.text, in.used + 1);
-        ok = parse_fields(in.first, head, error) && needed_fields_are_there(head, error);
+        pel_teem_lock();
+        ok = parse_fields(in.first, head, error);
+        pel_teem_unlock();
+        ok = ok && needed_fields_are_there(head, error);
     }
     free(in.line);
     free(in.first);

@@ -80,6 +80,7 @@ static bool describe(Nrrd *nrrd, const struct pel_volume *volume, int vector_kin
 bool pel_nrrd_write_header(struct pel_safe_file *out, const struct pel_volume *volume, int vector_kind, bool gzip, const char *data_file,
                            struct pel_error *error)
 {
+    pel_teem_lock();
     Nrrd *nrrd = nrrdNew();
     NrrdIoState *nio = nrrdIoStateNew();
     bool ok = nrrd && nio ? describe(nrrd, volume, vector_kind, error) : pel_fail(error, PEL_ERROR_MEMORY, "no memory for the header");
@@ -94,6 +95,7 @@ bool pel_nrrd_write_header(struct pel_safe_file *out, const struct pel_volume *v
         nrrdNix(nrrd);
     if (nio)
         nrrdIoStateNix(nio);
+    pel_teem_unlock();
     if (ok && data_file) {
         /* In place of the empty line that Teem ended the header with, where the file can go back; a header with both is no less right. */
         if (fseek(out->file, -1, SEEK_CUR) == 0 && fprintf(out->file, "data file: %s\n", data_file) < 0)

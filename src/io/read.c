@@ -138,6 +138,16 @@ static const struct pel_format *find_format(const char *path, const struct pel_r
     return S_ISDIR(st.st_mode) ? find_in_folder(path, error) : find_in_file(path, error);
 }
 
+/* A file with one array has it listed here; asking it for another by name is a mistake that must not pass unnoticed. */
+static bool check_only_array(const struct pel_read_params *params, const struct pel_volume *volume, struct pel_file_info *facts,
+                             struct pel_error *error)
+{
+    if (facts->array_count > 0)
+        return true;
+    pel_info_array(facts, volume->name, volume->type, volume->components);
+    return pel_info_choose(facts, params, 0, error) >= 0;
+}
+
 bool pel_read_volume(const char *path, const struct pel_read_params *params, struct pel_volume *volume, struct pel_file_info *info,
                      struct pel_error *error)
 {
@@ -148,11 +158,10 @@ bool pel_read_volume(const char *path, const struct pel_read_params *params, str
     if (!facts)
         return pel_fail_in(error, "%s: ", path);
     const struct pel_format *format = find_format(path, params, error);
-    bool ok = format && format->read(path, params, volume, facts, error) && pel_volume_check(volume, error);
+    bool ok = format && format->read(path, params, volume, facts, error) && pel_volume_check(volume, error) &&
+              check_only_array(params, volume, facts, error);
     if (ok) {
         snprintf(facts->format, sizeof facts->format, "%s", format->info.name);
-        if (facts->array_count == 0)
-            pel_info_array(facts, volume->name, volume->type, volume->components);
         pel_volume_update_range(volume);
         if (!volume->labels)
             pel_volume_detect_labels(volume);

@@ -39,6 +39,29 @@ static void unknown_files(void **state)
     expect_bad(scratch("a.nrrd"), "does not begin with NRRD");
 }
 
+static void arrays_by_name(void **state)
+{
+    (void)state;
+    struct pel_volume v;
+    struct pel_file_info info;
+    struct pel_error error = PEL_ERROR_INIT;
+    struct pel_read_params params = PEL_READ_PARAMS_INIT;
+    fill_volume(&v, PEL_U8, 1);
+    snprintf(v.name, sizeof v.name, "density");
+    assert_true(pel_write_volume(scratch("n.nrrd"), &v, NULL, NULL));
+    pel_volume_finish(&v);
+    params.array = "density";
+    assert_true(pel_read_volume(scratch("n.nrrd"), &params, &v, &info, NULL));
+    assert_int_equal(info.array_count, 1);
+    assert_string_equal(info.arrays[0].name, "density");
+    pel_volume_finish(&v);
+    params.array = "speed";
+    assert_false(pel_read_volume(scratch("n.nrrd"), &params, &v, &info, &error));
+    assert_int_equal(error.code, PEL_ERROR_ARGUMENT);
+    assert_non_null(strstr(error.message, "density"));
+    assert_null(v.data);
+}
+
 static bool stop_at_once(void *user, double fraction)
 {
     assert_true(fraction >= 0 && fraction <= 1);
@@ -170,6 +193,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(table),
         cmocka_unit_test(unknown_files),
+        cmocka_unit_test(arrays_by_name),
         cmocka_unit_test(cancelled_reading),
         cmocka_unit_test(cancelled_writing_leaves_nothing),
         cmocka_unit_test(killed_writing_leaves_the_old_file),
