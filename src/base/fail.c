@@ -5,6 +5,14 @@
 #include <stdio.h>
 #include <string.h>
 
+/* Messages quote names out of files, which may hold anything. A message stays one line that a terminal can show. */
+static void one_line(char *text)
+{
+    for (; *text; text++)
+        if ((unsigned char)*text < 0x20 || *text == 0x7f)
+            *text = '?';
+}
+
 bool pel_fail(struct pel_error *error, enum pel_error_code code, const char *format, ...)
 {
     if (!error)
@@ -13,6 +21,7 @@ bool pel_fail(struct pel_error *error, enum pel_error_code code, const char *for
     va_start(args, format);
     vsnprintf(error->message, sizeof error->message, format, args);
     va_end(args);
+    one_line(error->message);
     error->code = code;
     return false;
 }
@@ -29,6 +38,7 @@ bool pel_fail_in(struct pel_error *error, const char *format, ...)
     va_end(args);
     if (used >= 0 && (size_t)used < sizeof error->message)
         snprintf(error->message + used, sizeof error->message - (size_t)used, "%s", old);
+    one_line(error->message);
     return false;
 }
 
@@ -43,6 +53,7 @@ bool pel_fail_errno(struct pel_error *error, const char *format, ...)
     va_end(args);
     if (used >= 0 && (size_t)used < sizeof error->message)
         snprintf(error->message + used, sizeof error->message - (size_t)used, ": %s", strerror(saved));
+    one_line(error->message);
     error->code = saved == ENOMEM ? PEL_ERROR_MEMORY : PEL_ERROR_IO;
     return false;
 }
