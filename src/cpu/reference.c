@@ -16,6 +16,7 @@
 struct reference {
     const struct pel_scene *scene;
     struct pel_reference_signal signal;
+    enum pel_classification classification;
     struct pel_reference_integral integral; /* preintegrated classification only */
     struct pel_image *image;
     double dt;       /* world length of a full segment */
@@ -167,7 +168,7 @@ static bool classify(const struct reference *r, struct ray *ray, const struct se
 {
     double unit = r->scene->transfer.unit_distance, index[3], opacity, f, g, extinction;
     bool found;
-    if (r->scene->render.classification == PEL_CLASSIFICATION_PREINTEGRATED) {
+    if (r->classification == PEL_CLASSIFICATION_PREINTEGRATED) {
         if (!value_at(r, ray, s->t0, &f) || !value_at(r, ray, s->t1, &g))
             return false;
         pel_reference_integrate(&r->integral, f, g, &extinction, rgb);
@@ -176,7 +177,7 @@ static bool classify(const struct reference *r, struct ray *ray, const struct se
     }
     ray->samples++;
     index_at(ray, s->t, index);
-    if (r->scene->render.classification == PEL_CLASSIFICATION_PRE)
+    if (r->classification == PEL_CLASSIFICATION_PRE)
         found = pel_reference_classify_pre(&r->signal, index, &opacity, rgb);
     else
         found = pel_reference_classify_post(&r->signal, index, &opacity, rgb);
@@ -187,7 +188,7 @@ static bool classify(const struct reference *r, struct ray *ray, const struct se
 
 static void draw_composite(const struct reference *r, struct ray *ray, struct pixel *pixel)
 {
-    if (r->scene->render.classification == PEL_CLASSIFICATION_PREINTEGRATED)
+    if (r->classification == PEL_CLASSIFICATION_PREINTEGRATED)
         ray->fraction = 0.5; /* jitter does not apply */
     for (size_t i = 0; i < ray->segments; i++) {
         struct segment s = segment_at(r, ray, i);
@@ -378,12 +379,14 @@ static void draw_row(void *context, size_t item, int thread)
 bool pel_reference_draw(const struct pel_scene *scene, int threads, const struct pel_progress *progress, struct pel_image *image,
                         uint64_t *samples, struct pel_error *error)
 {
-    struct reference r = { .scene = scene, .image = image };
+    struct reference r = { .scene = scene, .image = image, .classification = scene->render.classification };
     uint64_t total = 0;
     bool done = false;
     pel_reference_signal_init(&r.signal, scene);
     r.dt = scene->render.step * pel_volume_least_spacing(scene->volume);
-    if (scene->render.classification == PEL_CLASSIFICATION_PREINTEGRATED &&
+    if (r.signal.nearest && r.classification == PEL_CLASSIFICATION_PREINTEGRATED)
+        r.classification = PEL_CLASSIFICATION_POST; /* nothing lies between the values of two voxels */
+    if (r.classification == PEL_CLASSIFICATION_PREINTEGRATED &&
         !pel_reference_integral_init(&r.integral, &scene->transfer, scene->linear_light, error))
         goto cleanup;
     for (int y = 0; y < image->height; y += BAND) {

@@ -53,18 +53,29 @@ void pel_reference_signal_init(struct pel_reference_signal *signal, const struct
     }
 }
 
-/* The voxels that a sample reads, with their weights: eight of a trilinear cell, or the nearest one. */
+/* The voxels that a sample reads: eight of a trilinear cell, x fastest, and where in the cell it lies; or the nearest one. */
 struct support {
     int count;
-    double value[8], weight[8];
+    double value[8], fraction[3];
 };
 
-/* False where one of them is void, whatever its weight. */
+/* Interpolates what the voxels of a support stand for. As a + t (b - a) along one axis after the other, and not as a sum of eight weights
+ * that only nearly make 1: where all are equal so is the result, and its gradient is 0 instead of rounding's. */
+static double interpolate(const struct support *support, const double of[8])
+{
+    double v[8];
+    memcpy(v, of, (size_t)support->count * sizeof *v);
+    for (int axis = 0, count = support->count / 2; count > 0; axis++, count /= 2)
+        for (int i = 0; i < count; i++)
+            v[i] = v[2 * i] + support->fraction[axis] * (v[2 * i + 1] - v[2 * i]);
+    return v[0];
+}
+
+/* False where one of the voxels is void, wherever in the cell the sample lies. */
 static bool gather(const struct pel_reference_signal *signal, const double index[3], struct support *support)
 {
     const struct pel_volume *volume = signal->volume;
     size_t low[3];
-    double fraction[3];
     for (int axis = 0; axis < 3; axis++) {
         size_t last = volume->dims[axis] - 1;
         double p = pel_clamp(index[axis], 0, (double)last);
@@ -72,22 +83,17 @@ static bool gather(const struct pel_reference_signal *signal, const double index
         low[axis] = (size_t)floored;
         if (!signal->nearest && low[axis] == last && last > 0)
             low[axis]--; /* the last plane belongs to the last cell */
-        fraction[axis] = signal->nearest ? 0 : p - (double)low[axis];
+        support->fraction[axis] = p - (double)low[axis];
     }
     support->count = signal->nearest ? 1 : 8;
     for (int corner = 0; corner < support->count; corner++) {
         size_t at[3];
-        double weight = 1;
-        for (int axis = 0; axis < 3; axis++) {
-            int upper = corner >> axis & 1;
-            at[axis] = low[axis] + (size_t)(upper && volume->dims[axis] > 1);
-            weight *= upper ? fraction[axis] : 1 - fraction[axis];
-        }
+        for (int axis = 0; axis < 3; axis++)
+            at[axis] = low[axis] + (size_t)((corner >> axis & 1) && volume->dims[axis] > 1);
         double value = pel_volume_get(volume, at[0], at[1], at[2], 0);
         if (!isfinite(value) || pel_volume_is_void(volume, value))
             return false;
         support->value[corner] = value;
-        support->weight[corner] = weight;
     }
     return true;
 }
@@ -97,9 +103,7 @@ bool pel_reference_value(const struct pel_reference_signal *signal, const double
     struct support support;
     if (!gather(signal, index, &support))
         return false;
-    *value = 0;
-    for (int i = 0; i < support.count; i++)
-        *value += support.weight[i] * support.value[i];
+    *value = interpolate(&support, support.value);
     return true;
 }
 
@@ -120,16 +124,17 @@ bool pel_reference_classify_pre(const struct pel_reference_signal *signal, const
     struct support support;
     if (!gather(signal, index, &support))
         return false;
-    *opacity = rgb[0] = rgb[1] = rgb[2] = 0;
+    double o[8], weighted[3][8];
     for (int i = 0; i < support.count; i++) {
-        double o = pel_transfer_opacity(signal->transfer, support.value[i]), color[3];
+        double color[3];
+        o[i] = pel_transfer_opacity(signal->transfer, support.value[i]);
         pel_reference_color(signal->transfer, signal->linear_light, support.value[i], color);
-        *opacity += support.weight[i] * o;
         for (int c = 0; c < 3; c++)
-            rgb[c] += support.weight[i] * o * color[c];
+            weighted[c][i] = o[i] * color[c];
     }
+    *opacity = interpolate(&support, o);
     for (int c = 0; c < 3; c++)
-        rgb[c] = *opacity > 0 ? rgb[c] / *opacity : 0;
+        rgb[c] = *opacity > 0 ? interpolate(&support, weighted[c]) / *opacity : 0;
     return true;
 }
 

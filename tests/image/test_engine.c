@@ -316,10 +316,6 @@ static void draw_isa(const struct pel_scene *scene, const char *isa, struct pel_
         snprintf(old, sizeof old, "%s", getenv("PELLUCID_ISA"));
     setenv("PELLUCID_ISA", isa, 1);
     struct pel_renderer *renderer = pel_renderer_create(&params, &error);
-    if (*old)
-        setenv("PELLUCID_ISA", old, 1);
-    else
-        unsetenv("PELLUCID_ISA");
     if (!renderer)
         fail_msg("%s: %s", isa, error.message);
     pel_image_init(image);
@@ -327,6 +323,10 @@ static void draw_isa(const struct pel_scene *scene, const char *isa, struct pel_
         fail_msg("%s: %s", isa, error.message);
     assert_string_equal(pel_renderer_stats(renderer)->isa, isa);
     pel_renderer_destroy(renderer);
+    if (*old)
+        setenv("PELLUCID_ISA", old, 1);
+    else
+        unsetenv("PELLUCID_ISA");
 }
 
 static void test_instruction_sets(void **state)
