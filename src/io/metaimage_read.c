@@ -127,6 +127,7 @@ static bool lay_out(const struct pel_metaimage *head, struct pel_layout *layout,
             pel_info_note(info, "axis %d has %llu volumes; the first is taken", i, (unsigned long long)head->sizes[i]);
         layout->sizes[layout->axis_count++] = head->sizes[i];
     }
+    pel_layout_note(layout, info);
     return true;
 }
 

@@ -154,8 +154,8 @@ static bool lay_out(const struct parsed *parsed, struct pel_layout *layout, stru
         layout->scaled = true;
         layout->slope = nim->scl_slope;
         layout->intercept = nim->scl_inter;
-        pel_info_note(info, "values are scaled by %g and shifted by %g, as the header says", nim->scl_slope, nim->scl_inter);
     }
+    pel_layout_note(layout, info);
     return true;
 }
 

@@ -29,6 +29,9 @@ void pel_nrrd_finish(struct pel_nrrd *head); /* accepts a zeroed one */
 bool pel_nrrd_interpret(const struct pel_nrrd *head, struct pel_layout *layout, struct pel_volume *volume, struct pel_file_info *info,
                         struct pel_error *error);
 
+/* Where pel_nrrd_interpret negated a world axis, negates that component of every vector too. Call it once, after the samples are read. */
+void pel_nrrd_turn_vectors(const struct pel_nrrd *head, const struct pel_layout *layout, struct pel_volume *volume);
+
 /* Teem keeps its errors in a list of the whole program (biff), so that only one thread may be in it. What parses or writes headers holds this lock, the
  * only thing in this library that outlives a call; samples are read and written outside of it. */
 void pel_teem_lock(void);

@@ -231,5 +231,31 @@ bool pel_nrrd_interpret(const struct pel_nrrd *head, struct pel_layout *layout, 
     pel_volume_mend_directions(volume, info);
     place_origin(nrrd, layout->axes, sign, volume);
     take_words(head, layout->axes, volume, info);
+    pel_layout_note(layout, info);
     return true;
+}
+
+/* Kinds whose numbers are lengths along the world's axes. A float 3-vector of which nothing is said is one. */
+static bool holds_world_vectors(const struct pel_nrrd *head, const struct pel_layout *layout, const struct pel_volume *volume)
+{
+    int kind = layout->component_axis < 0 ? nrrdKindScalar : head->nrrd->axis[layout->component_axis].kind;
+    return volume->components == 3 && (volume->type == PEL_F32 || volume->type == PEL_F64) &&
+           (kind == nrrdKindUnknown || kind == nrrdKindVector || kind == nrrdKindCovariantVector || kind == nrrdKindNormal ||
+            kind == nrrdKind3Vector || kind == nrrdKind3Gradient || kind == nrrdKind3Normal);
+}
+
+void pel_nrrd_turn_vectors(const struct pel_nrrd *head, const struct pel_layout *layout, struct pel_volume *volume)
+{
+    double sign[3];
+    to_known_space(head->nrrd->space, sign, NULL);
+    if (!holds_world_vectors(head, layout, volume))
+        return;
+    size_t count = pel_volume_samples(volume);
+    for (int c = 0; c < 3; c++)
+        for (size_t i = 0; sign[c] < 0 && i < count; i++) {
+            if (volume->type == PEL_F32)
+                ((float *)volume->data)[3 * i + (size_t)c] *= -1;
+            else
+                ((double *)volume->data)[3 * i + (size_t)c] *= -1;
+        }
 }

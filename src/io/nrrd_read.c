@@ -246,6 +246,8 @@ static bool read_nrrd(const char *path, const struct pel_read_params *params, st
         struct data data = { .path = path, .head = &head, .progress = &params->progress, .header = stream };
         ok = pel_nrrd_interpret(&head, &layout, volume, info, error) && read_samples(&data, &layout, volume, error);
         close_piece(&data);
+        if (ok)
+            pel_nrrd_turn_vectors(&head, &layout, volume);
         pel_nrrd_finish(&head);
     }
     pel_stream_close(stream);

@@ -46,6 +46,14 @@ bool pel_layout_check(const struct pel_layout *layout, uint64_t *bytes, struct p
     return true;
 }
 
+void pel_layout_note(const struct pel_layout *layout, struct pel_file_info *info)
+{
+    if (layout->type >= PEL_TYPE_COUNT)
+        pel_info_note(info, "64-bit integers are held as f64, which has the same values up to 2^53");
+    if (layout->scaled)
+        pel_info_note(info, "values are scaled by %g and shifted by %g, as the header says", layout->slope, layout->intercept);
+}
+
 /* True where the volume's numbers are the first ones of the file, in the volume's own order. */
 static bool is_prefix(const struct pel_layout *layout)
 {

@@ -34,6 +34,9 @@ struct pel_sample_source {
 /* Bytes that the layout needs from its source; fails on overflow and on shapes that no volume has. */
 bool pel_layout_check(const struct pel_layout *layout, uint64_t *bytes, struct pel_error *error);
 
+/* Tells the user where the samples become another type in memory. */
+void pel_layout_note(const struct pel_layout *layout, struct pel_file_info *info);
+
 /* Allocates the volume's samples and fills them. The caller has held pel_layout_check's bytes against the file. */
 bool pel_layout_read(const struct pel_layout *layout, const struct pel_sample_source *source, struct pel_volume *volume,
                      struct pel_error *error);

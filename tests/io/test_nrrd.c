@@ -161,6 +161,21 @@ static void spaces(void **state)
     write_nrrd(path, text, counting, 8);
     expect_description(path, "nrrd 2x2x2 u8 x1\nspacing 3 1.11803399 2\norigin 10 20 30\naxis 0: 0 1 0\naxis 1: 0.894427 0 0.447214\n"
                              "axis 2: 0 0 -1\nspace LPS units 'mm'\nmin 0 max 7 mean 3.500000 nonzero 7 voids 0\n");
+    /* Vectors turn with their world; colours do not. */
+    struct pel_volume v;
+    float vector[3] = { 1, 2, 3 };
+    const char *field = "type: float\ndimension: 4\nspace: LAS\nsizes: 3 1 1 1\nspace directions: none (1,0,0) (0,1,0) (0,0,1)\nkinds: %s domain "
+                        "domain domain\nendian: little\nencoding: raw\n";
+    snprintf(text, sizeof text, field, "vector");
+    write_nrrd(path, text, vector, sizeof vector);
+    read_ok(path, &v, NULL);
+    assert_memory_equal(v.data, ((float[]){ -1, 2, 3 }), sizeof vector);
+    pel_volume_finish(&v);
+    snprintf(text, sizeof text, field, "RGB-color");
+    write_nrrd(path, text, vector, sizeof vector);
+    read_ok(path, &v, NULL);
+    assert_memory_equal(v.data, vector, sizeof vector);
+    pel_volume_finish(&v);
     /* Directions in a plane cannot be drawn with; spacing is what is left of them. */
     write_nrrd(path, "type: uchar\ndimension: 3\nspace dimension: 3\nsizes: 2 2 2\nspace directions: (2,0,0) (4,0,0) (0,0,1)\nencoding: raw\n",
                counting, 8);
