@@ -64,7 +64,8 @@ struct marking {
     const struct pel_minmax *minmax;
     const struct pel_job *job;
     struct pel_raw_scale raw;
-    size_t *visible; /* one a slab */
+    float least, most; /* of the whole volume */
+    size_t *visible;   /* one a slab */
 };
 
 /* May anything with values in [least, most] be seen? Inclusive, with a margin for the rounding of reconstruction. */
@@ -73,6 +74,8 @@ static bool may_be_seen(const struct marking *m, float least, float most)
     if (least > most)
         return false; /* voids only */
     const struct pel_job *job = m->job;
+    if (job->mode == PEL_MODE_MIP || job->mode == PEL_MODE_MINIP) /* can it beat the volume's worst value? */
+        return m->minmax->has_voids || (job->mode == PEL_MODE_MIP ? most > m->least : least < m->most);
     if (job->mode != PEL_MODE_ISOSURFACE) {
         float none, opacity;
         pel_transfer_table_opacity_range(&m->state->table, least, most, &none, &opacity);
@@ -93,13 +96,14 @@ static void mark_slab(void *context, size_t z, int thread)
     const struct pel_minmax_level *cells = &m->minmax->cells, *blocks = &m->minmax->blocks;
     size_t visible = 0;
     for (size_t y = 0; y < cells->dims[1]; y++) {
+        uint8_t *to = m->state->distance + (z << m->state->slice_shift) + (y << m->state->row_shift);
         size_t row = (z * cells->dims[1] + y) * cells->dims[0], block_row = ((z / 4) * blocks->dims[1] + y / 4) * blocks->dims[0];
         for (size_t block = 0; block < blocks->dims[0]; block++) {
             size_t end = block * 4 + 4 < cells->dims[0] ? block * 4 + 4 : cells->dims[0];
             bool any = may_be_seen(m, blocks->least[block_row + block], blocks->most[block_row + block]);
             for (size_t x = block * 4; x < end; x++) {
                 bool seen = any && may_be_seen(m, cells->least[row + x], cells->most[row + x]);
-                m->state->distance[row + x] = !seen;
+                to[x] = !seen;
                 visible += seen;
             }
         }
@@ -107,28 +111,48 @@ static void mark_slab(void *context, size_t z, int thread)
     m->visible[z] = visible;
 }
 
-static bool build_distance(struct pel_classification_state *s, const struct pel_minmax *minmax, struct pel_raw_scale raw, int threads,
-                           const struct pel_job *job, struct pel_error *error)
+/* Least b with count <= 2^b. */
+static int bits_for(size_t count)
 {
+    int bits = 0;
+    while ((size_t)1 << bits < count)
+        bits++;
+    return bits;
+}
+
+static bool build_distance(struct pel_classification_state *s, const struct pel_minmax *minmax, struct pel_raw_scale raw, int threads,
+                           struct pel_job *job, struct pel_error *error)
+{
+    float least = INFINITY, most = -INFINITY;
+    const struct pel_minmax_level *blocks = &minmax->blocks;
+    for (size_t i = 0; i < blocks->dims[0] * blocks->dims[1] * blocks->dims[2]; i++) {
+        least = fminf(least, blocks->least[i]);
+        most = fmaxf(most, blocks->most[i]);
+    }
+    job->least_raw = (float)((least - raw.offset) / raw.scale);
+    job->most_raw = (float)((most - raw.offset) / raw.scale);
     const size_t *dims = minmax->cells.dims;
-    size_t cells = dims[0] * dims[1] * dims[2];
-    if (!s->distance || s->cells != cells) {
+    s->row_shift = bits_for(dims[0]);
+    s->slice_shift = s->row_shift + bits_for(dims[1]);
+    size_t bytes = (dims[2] << s->slice_shift) + 4;
+    if (s->distance_bytes != bytes) {
         free(s->distance);
-        s->distance = pel_alloc_aligned(cells + 4, 1, "distance map", error);
+        s->distance_bytes = 0;
+        s->distance = pel_alloc_aligned(bytes, 1, "distance map", error);
         if (!s->distance)
             return false;
-        s->cells = cells;
+        s->distance_bytes = bytes;
     }
     size_t *visible = pel_alloc(dims[2], sizeof *visible, "distance map", error);
     if (!visible)
         return false;
-    struct marking m = { s, minmax, job, raw, visible };
+    struct marking m = { s, minmax, job, raw, least, most, visible };
     pel_parallel_for(threads, dims[2], mark_slab, &m);
     s->visible_cells = 0;
     for (size_t z = 0; z < dims[2]; z++)
         s->visible_cells += visible[z];
     free(visible);
-    return pel_distance_map(s->distance, dims, error);
+    return pel_distance_map(s->distance, dims, (size_t)1 << s->row_shift, (size_t)1 << s->slice_shift, error);
 }
 
 /* MIP and MinIP: each cell's most (least) in raw units, the comparison's own. */
@@ -170,6 +194,11 @@ static void set_isosurfaces(struct pel_job *job, const struct pel_scene *scene, 
     }
 }
 
+bool pel_mode_has_map(enum pel_mode mode)
+{
+    return mode != PEL_MODE_AVERAGE && mode != PEL_MODE_SLICE;
+}
+
 bool pel_classify(struct pel_classification_state *state, const struct pel_scene *scene, const struct pel_minmax *minmax, struct pel_raw_scale raw,
                   int threads, struct pel_job *job, struct pel_error *error)
 {
@@ -195,7 +224,7 @@ bool pel_classify(struct pel_classification_state *state, const struct pel_scene
     set_isosurfaces(job, scene, raw);
 
     bool extreme = job->mode == PEL_MODE_MIP || job->mode == PEL_MODE_MINIP;
-    bool maps = job->mode == PEL_MODE_COMPOSITE || job->mode == PEL_MODE_XRAY || job->mode == PEL_MODE_ISOSURFACE;
+    bool maps = pel_mode_has_map(job->mode);
     state->visible_cells = 0;
     if (extreme && !build_bounds(state, minmax, raw, job->mode == PEL_MODE_MIP, error))
         return false;
@@ -206,6 +235,8 @@ bool pel_classify(struct pel_classification_state *state, const struct pel_scene
         job->block_dims[a] = (int32_t)minmax->blocks.dims[a];
     }
     job->distance = state->distance;
+    job->cell_row_shift = state->row_shift;
+    job->cell_slice_shift = state->slice_shift;
     job->cell_bound = state->bounds;
     job->block_bound = extreme ? state->bounds + minmax->cells.dims[0] * minmax->cells.dims[1] * minmax->cells.dims[2] : NULL;
     return true;

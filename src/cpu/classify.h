@@ -12,8 +12,10 @@ struct pel_classification_state {
     float *arrays;         /* owned; all the tables that follow, table.count entries each */
     size_t array_entries;  /* of each, as allocated */
     float *color[3], *alpha, *alpha_color[3], *tau, *sum_tau, *sum_color[3];
-    uint8_t *distance;     /* owned; a byte a cell, and 4 that gathers may read */
-    size_t cells, visible_cells;
+    uint8_t *distance;     /* owned; a byte a cell, and 4 that gathers may read; rows and slices start at multiples of powers of two */
+    size_t distance_bytes;
+    int row_shift, slice_shift;
+    size_t visible_cells;
     float *bounds;         /* owned; MIP and MinIP: raw bounds of cells, then of blocks */
 };
 
@@ -21,6 +23,9 @@ struct pel_classification_state {
 struct pel_raw_scale {
     double scale, offset;
 };
+
+/* Does the mode leave anything out that a distance map could tell? */
+bool pel_mode_has_map(enum pel_mode mode);
 
 /* Builds tables, distance map or bounds for the scene, and points the job at them. */
 bool pel_classify(struct pel_classification_state *state, const struct pel_scene *scene, const struct pel_minmax *minmax, struct pel_raw_scale raw,

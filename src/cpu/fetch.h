@@ -140,18 +140,16 @@ PEL_INLINE vf row_lerp(const struct pel_job *job, const struct spot *s, vi rows)
 /* A call each, not inlined: its loads dwarf the call, and the kernels would be several times as long. */
 __attribute__((noinline)) static vf wide_at(const struct pel_job *job, vi at)
 {
-    vd v;
-    if (job->type == PEL_F64) {
-        for (int i = 0; i < W; i++)
-            v[i] = ((const double *)job->data)[at[i]];
-    } else if (job->type == PEL_U32) {
-        for (int i = 0; i < W; i++)
-            v[i] = ((const uint32_t *)job->data)[at[i]];
-    } else {
-        for (int i = 0; i < W; i++)
-            v[i] = ((const int32_t *)job->data)[at[i]];
+    float raw[W];
+    for (int i = 0; i < W; i++) {
+        double v = job->type == PEL_F64   ? ((const double *)job->data)[at[i]]
+                   : job->type == PEL_U32 ? (double)((const uint32_t *)job->data)[at[i]]
+                                          : (double)((const int32_t *)job->data)[at[i]];
+        raw[i] = (float)((v - job->wide_offset) * job->wide_scale);
     }
-    return __builtin_convertvector((v - job->wide_offset) * job->wide_scale, vf);
+    vf result;
+    memcpy(&result, raw, sizeof result);
+    return result;
 }
 
 PEL_INLINE vf fetch_voxel(const struct pel_job *job, vi x, vi y, vi z)

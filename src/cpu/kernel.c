@@ -110,20 +110,25 @@ PEL_INLINE vf pre_classify(const struct pel_job *job, const struct spot *s, vf c
 }
 
 /* Emission and absorption. `general` covers nearest reconstruction and pre-classification; without it, trilinear post-classification. */
-PEL_INLINE void composite(const struct pel_job *job, const struct packet *r, bool shaded, bool general, struct pel_counts *counts)
+PEL_INLINE void composite(const struct pel_job *job, struct packet *r, bool shaded, bool general, struct pel_counts *counts)
 {
     struct gathered sum = gathered_none();
     vi alive = r->n > 0;
-    int end = vi_most(r->n), look = 0, partial = vi_least(vi_select(alive, r->n, vi_set(INT32_MAX))) - 1;
+    int end = vi_most(r->n), look = 0, span_end = r->spans ? 0 : end, partial = vi_least(vi_select(alive, r->n, vi_set(INT32_MAX))) - 1;
     bool pre = general && job->classification == PEL_CLASSIFICATION_PRE && !job->nearest;
     for (int k = 0; k < end; k++) {
+        if (k >= span_end) {
+            k = packet_next_span(job, r, k, &span_end);
+            if (k >= end)
+                break;
+        }
         vi live = alive & (r->n > k);
         vf at = packet_at(r, k);
         struct spot s = packet_spot(job, r, at);
         if (job->skip && k >= look) {
-            int to = vi_least(vi_select(live, packet_skip(job, r, &s, r->offset, k), vi_set(INT32_MAX)));
-            if (to > k) {
-                k = to - 1;
+            int clear = vi_least(vi_select(live, packet_clear_to(job, r, &s, r->offset, k), vi_set(INT32_MAX - 1)));
+            if (clear >= k) {
+                k = clear;
                 continue;
             }
             look = k + job->run;
@@ -203,20 +208,27 @@ PEL_INLINE vf pre_integrate(const struct pel_job *job, vf front, vf back, vf len
     return alpha;
 }
 
-PEL_INLINE void preintegrated(const struct pel_job *job, const struct packet *r, struct pel_counts *counts)
+PEL_INLINE void preintegrated(const struct pel_job *job, struct packet *r, struct pel_counts *counts)
 {
     struct gathered sum = gathered_none();
     vi alive = r->n > 0;
-    int end = vi_most(r->n), look = 0;
+    int end = vi_most(r->n), look = 0, span_end = r->spans ? 0 : end;
     vf front = vf_set(0);
     bool have_front = false;
     for (int k = 0; k < end; k++) {
+        if (k >= span_end) {
+            int next = packet_next_span(job, r, k, &span_end);
+            if (next >= end)
+                break;
+            have_front &= next == k;
+            k = next;
+        }
         vi live = alive & (r->n > k);
         struct spot s = packet_spot(job, r, end_at(r, k));
         if (job->skip && k >= look) {
-            int to = vi_least(vi_select(live, packet_skip(job, r, &s, vf_set(0), k), vi_set(INT32_MAX)));
-            if (to > k) {
-                k = to - 1;
+            int clear = vi_least(vi_select(live, packet_clear_to(job, r, &s, vf_set(0), k), vi_set(INT32_MAX - 1)));
+            if (clear > k) {
+                k = clear - 1;
                 have_front = false;
                 continue;
             }
@@ -275,35 +287,65 @@ PEL_INLINE void store_value(const struct pel_job *job, const struct packet *r, v
                  vf_select(seen, depth, vf_set(-1)));
 }
 
-/* MIP and MinIP: the greatest (sign 1) or least (sign -1) sample. A sample is held to its cell's bound, so that cells whose bound cannot beat what was found are
- * passed over without a trace of rounding. */
-PEL_INLINE void extreme(const struct pel_job *job, const struct packet *r, float sign, struct pel_counts *counts)
+/* Steps to the end of each lane's cell of 2^shift voxels. */
+PEL_INLINE vf cell_exit(const struct packet *r, const struct spot *s, int shift)
 {
-    vf best = vf_set(-INFINITY), depth = vf_set(-1);
+    vi here = vi_set(0);
+    float size = (float)(1 << shift);
+    return vf_min(vf_min(axis_exit(s->x >> shift, here, size, r->ox, r->dx, r->ix), axis_exit(s->y >> shift, here, size, r->oy, r->dy, r->iy)),
+                  axis_exit(s->z >> shift, here, size, r->oz, r->dz, r->iz));
+}
+
+/* First sample behind such an end that some live lane has to look at. */
+PEL_INLINE int after_exit(const struct packet *r, vf exit, vi live, int k)
+{
+    vi to = vf_to_vi(vf_max(vf_min(exit - r->offset - 1e-3f, vf_set(1e9f)), vf_set(0)));
+    int clear = vi_least(vi_select(live, to, vi_set(INT32_MAX - 1)));
+    return (clear > k ? clear : k) + 1;
+}
+
+PEL_INLINE vf bound_of(const float *bounds, const int32_t dims[3], const struct spot *s, int shift, float sign)
+{
+    return sign * vf_gather(bounds, ((s->z >> shift) * dims[1] + (s->y >> shift)) * dims[0] + (s->x >> shift));
+}
+
+/* MIP and MinIP: the greatest (sign 1) or least (sign -1) sample. A sample is held to its cell's bound, so that blocks and cells whose bound cannot beat what was found are
+ * passed over without a trace of rounding. Every sample is at least the volume's own least value (unless there are voids), so cells that hold nothing else are not visited. */
+PEL_INLINE void extreme(const struct pel_job *job, struct packet *r, float sign, struct pel_counts *counts)
+{
+    float worst = sign > 0 ? job->least_raw : -job->most_raw, ideal = sign > 0 ? job->most_raw : -job->least_raw;
+    vf best = vf_set(job->voids ? -INFINITY : worst), depth = job->voids ? vf_set(-1) : packet_at(r, 0);
     vi alive = r->n > 0;
-    int end = vi_most(r->n);
+    int end = vi_most(r->n), look = 0, look_block = 0, span_end = r->spans ? 0 : end;
     for (int k = 0; k < end;) {
+        if (k >= span_end) {
+            k = packet_next_span(job, r, k, &span_end);
+            if (k >= end)
+                break;
+        }
         vi live = alive & (r->n > k);
+        if (!vi_any(live))
+            break;
         vf at = packet_at(r, k);
         struct spot s = packet_spot(job, r, at);
-        vi cx = s.x >> 2, cy = s.y >> 2, cz = s.z >> 2;
-        vf bound = sign * vf_gather(job->cell_bound, (cz * job->cell_dims[1] + cy) * job->cell_dims[0] + cx);
-        vi useful = live & (bound > best);
-        if (job->skip && !vi_any(useful)) {
-            vi bx = cx >> 2, by = cy >> 2, bz = cz >> 2;
-            vf block = sign * vf_gather(job->block_bound, (bz * job->block_dims[1] + by) * job->block_dims[0] + bx);
-            vi zero = vi_set(0), whole = block <= best;
-            vf cell_exit = vf_min(vf_min(axis_exit(cx, zero, 4, r->ox, r->dx, r->ix), axis_exit(cy, zero, 4, r->oy, r->dy, r->iy)),
-                                  axis_exit(cz, zero, 4, r->oz, r->dz, r->iz));
-            vf block_exit = vf_min(vf_min(axis_exit(bx, zero, 16, r->ox, r->dx, r->ix), axis_exit(by, zero, 16, r->oy, r->dy, r->iy)),
-                                   axis_exit(bz, zero, 16, r->oz, r->dz, r->iz));
-            vf exit = vf_select(whole, block_exit, cell_exit) - r->offset - 1e-3f;
-            vi to = vf_to_vi(vf_max(vf_min(exit, vf_set(1e9f)), vf_set(0)));
-            to = vi_select(live, to, vi_set(INT32_MAX));
-            int next = vi_least(to);
-            if (next == INT32_MAX)
-                break;
-            k = next > k ? next : k + 1;
+        if (job->skip && k >= look) {
+            int clear = vi_least(vi_select(live, packet_clear_to(job, r, &s, r->offset, k), vi_set(INT32_MAX - 1)));
+            if (clear >= k) {
+                k = clear + 1;
+                continue;
+            }
+            look = k + job->run;
+        }
+        if (job->skip && k >= look_block) {
+            if (!vi_any(live & (bound_of(job->block_bound, job->block_dims, &s, PEL_BLOCK_SHIFT, sign) > best))) {
+                k = after_exit(r, cell_exit(r, &s, PEL_BLOCK_SHIFT), live, k);
+                continue;
+            }
+            look_block = k + job->run;
+        }
+        vf bound = bound_of(job->cell_bound, job->cell_dims, &s, PEL_CELL_SHIFT, sign);
+        if (job->skip && !vi_any(live & (bound > best))) {
+            k = after_exit(r, cell_exit(r, &s, PEL_CELL_SHIFT), live, k);
             continue;
         }
         counts->taken += (unsigned)lanes(live);
@@ -312,23 +354,29 @@ PEL_INLINE void extreme(const struct pel_job *job, const struct packet *r, float
         vi better = live & (value > best);
         best = vf_select(better, value, best);
         depth = vf_select(better, at, depth);
+        alive &= best < ideal;
         k++;
     }
-    store_value(job, r, sign * best, best > -INFINITY, depth);
+    store_value(job, r, sign * best, (r->n > 0) & (best > -INFINITY), depth);
 }
 
 /* Average and X-ray: sums over the whole stretch (equation 1.3 for the X-ray's tau). */
-PEL_INLINE void sum_up(const struct pel_job *job, const struct packet *r, bool xray, struct pel_counts *counts)
+PEL_INLINE void sum_up(const struct pel_job *job, struct packet *r, bool xray, struct pel_counts *counts)
 {
     vf total = vf_set(0), weight = vf_set(0), lost = vf_set(0), lost_weight = vf_set(0);
-    int end = vi_most(r->n), look = 0;
+    int end = vi_most(r->n), look = 0, span_end = r->spans ? 0 : end;
     for (int k = 0; k < end; k++) {
+        if (k >= span_end) {
+            k = packet_next_span(job, r, k, &span_end);
+            if (k >= end)
+                break;
+        }
         vi live = r->n > k;
         struct spot s = packet_spot(job, r, packet_at(r, k));
         if (xray && job->skip && k >= look) {
-            int to = vi_least(vi_select(live, packet_skip(job, r, &s, r->offset, k), vi_set(INT32_MAX)));
-            if (to > k) {
-                k = to - 1;
+            int clear = vi_least(vi_select(live, packet_clear_to(job, r, &s, r->offset, k), vi_set(INT32_MAX - 1)));
+            if (clear >= k) {
+                k = clear;
                 continue;
             }
             look = k + job->run;
@@ -351,7 +399,7 @@ PEL_INLINE void sum_up(const struct pel_job *job, const struct packet *r, bool x
     }
 }
 
-PEL_INLINE void projection(const struct pel_job *job, const struct packet *r, struct pel_counts *counts)
+PEL_INLINE void projection(const struct pel_job *job, struct packet *r, struct pel_counts *counts)
 {
     if (job->mode == PEL_MODE_MIP || job->mode == PEL_MODE_MINIP)
         extreme(job, r, job->mode == PEL_MODE_MIP ? 1 : -1, counts);
@@ -384,24 +432,57 @@ PEL_INLINE vf find_root(const struct pel_job *job, const struct packet *r, vf is
     return vf_select((last >= a) & (last <= b), last, root);
 }
 
+/* Crossings that were found and not yet computed, at most one a lane. Finding the root and the light costs more than a step, so it waits until many lanes have
+ * something: at the end of the packet, or when a lane meets its next surface. */
+struct pending {
+    vi lanes;
+    vf from, to, front, back;        /* the segment's ends, in steps, and their values */
+    vf iso, color[3], alpha;
+};
+
+PEL_INLINE void settle(const struct pel_job *job, const struct packet *r, struct pending *p, struct gathered *sum, vf *first)
+{
+    vf root = find_root(job, r, p->iso, p->from, p->front, p->to, p->back, p->lanes), g[3], color[3];
+    struct spot at = packet_spot(job, r, root);
+    fetch_gradient(job, &at, g);
+    vf alpha = vf_select(p->lanes, p->alpha, vf_set(0));
+    for (int c = 0; c < 3; c++)
+        color[c] = alpha * p->color[c];
+    shade(job, r, g, alpha, color);
+    for (int c = 0; c < 3; c++)
+        color[c] = vf_select(p->lanes, color[c], vf_set(0));
+    put_behind(sum, color, alpha, root);
+    *first = vf_select(p->lanes & (*first < 0), root, *first);
+    p->lanes = vi_set(0);
+}
+
 /* Surfaces crossed between two samples, in the order of the ray. */
-PEL_INLINE void isosurface(const struct pel_job *job, const struct packet *r, struct pel_counts *counts)
+PEL_INLINE void isosurface(const struct pel_job *job, struct packet *r, struct pel_counts *counts)
 {
     struct gathered sum = gathered_none();
+    struct pending p;
+    p.lanes = vi_set(0);
+    p.from = p.to = p.front = p.back = p.iso = p.alpha = p.color[0] = p.color[1] = p.color[2] = vf_set(0);
     vi alive = r->n > 0;
-    int end = vi_most(r->n), look = 0;
-    vf front = vf_set(0);
+    int end = vi_most(r->n), look = 0, span_end = r->spans ? 0 : end;
+    vf front = vf_set(0), first = vf_set(-1);
     bool have_front = false;
-    vf first = vf_set(-1);
     for (int k = 0; k < end; k++) {
+        if (k >= span_end) {
+            int next = packet_next_span(job, r, k, &span_end);
+            if (next >= end)
+                break;
+            have_front &= next == k;
+            k = next;
+        }
         vi live = alive & (r->n > k);
         vf a = end_at(r, k);
         struct spot s;
         if (job->skip && k >= look) {
             s = packet_spot(job, r, a);
-            int to = vi_least(vi_select(live, packet_skip(job, r, &s, vf_set(0), k), vi_set(INT32_MAX)));
-            if (to > k) {
-                k = to - 1;
+            int clear = vi_least(vi_select(live, packet_clear_to(job, r, &s, vf_set(0), k), vi_set(INT32_MAX - 1)));
+            if (clear > k) {
+                k = clear - 1;
                 have_front = false;
                 continue;
             }
@@ -422,36 +503,46 @@ PEL_INLINE void isosurface(const struct pel_job *job, const struct packet *r, st
             vi crossed = good & alive & ((front < iso) ^ (back < iso));
             if (!vi_any(crossed))
                 continue;
-            vf root = find_root(job, r, iso, a, front, b, back, crossed), g[3], color[3];
-            struct spot at = packet_spot(job, r, root);
-            fetch_gradient(job, &at, g);
-            vf alpha = vf_select(rising, vf_set(job->iso_opacity[j]), vf_set(job->iso_opacity[i]));
-            alpha = vf_select(crossed, alpha, vf_set(0));
+            if (vi_any(crossed & p.lanes)) {
+                settle(job, r, &p, &sum, &first);
+                alive &= sum.alpha < job->termination;
+                crossed &= alive;
+            }
+            p.lanes |= crossed;
+            p.from = vf_select(crossed, a, p.from);
+            p.to = vf_select(crossed, b, p.to);
+            p.front = vf_select(crossed, front, p.front);
+            p.back = vf_select(crossed, back, p.back);
+            p.iso = vf_select(crossed, iso, p.iso);
+            p.alpha = vf_select(crossed, vf_select(rising, vf_set(job->iso_opacity[j]), vf_set(job->iso_opacity[i])), p.alpha);
             for (int c = 0; c < 3; c++)
-                color[c] = alpha * vf_select(rising, vf_set(job->iso_color[j][c]), vf_set(job->iso_color[i][c]));
-            shade(job, r, g, alpha, color);
-            for (int c = 0; c < 3; c++)
-                color[c] = vf_select(crossed, color[c], vf_set(0));
-            put_behind(&sum, color, alpha, root);
-            first = vf_select(crossed & (first < 0), root, first);
-            alive &= sum.alpha < job->termination;
+                p.color[c] = vf_select(crossed, vf_select(rising, vf_set(job->iso_color[j][c]), vf_set(job->iso_color[i][c])), p.color[c]);
+            alive &= ~(crossed & (p.alpha >= 1)); /* nothing behind it is seen */
         }
         front = back;
         have_front = true;
         if (!vi_any(alive & (r->n > k + 1)))
             break;
     }
+    if (vi_any(p.lanes))
+        settle(job, r, &p, &sum, &first);
     packet_store(job, r, sum.color[0], sum.color[1], sum.color[2], sum.alpha, first);
 }
 
 PEL_INLINE void slice(const struct pel_job *job, const struct packet *r, struct pel_counts *counts)
 {
     const double *q = job->slice_plane;
-    vd value = q[0] * __builtin_convertvector(r->ox, vd) + q[1] * __builtin_convertvector(r->oy, vd) + q[2] * __builtin_convertvector(r->oz, vd) + q[3];
-    vd slope = q[0] * __builtin_convertvector(r->dx, vd) + q[1] * __builtin_convertvector(r->dy, vd) + q[2] * __builtin_convertvector(r->dz, vd);
-    vd size = vd_select(slope, slope, -slope);
-    vf at = __builtin_convertvector(-value / vd_select(size - 1e-12, slope, vd_set(1)), vf);
-    vi meets = (r->n > 0) & __builtin_convertvector(size >= 1e-12, vi) & (at >= -1e-4f) & (at <= vi_to_vf(r->n - 1) + r->fraction + 1e-4f);
+    float value[W], slope[W];
+    for (int i = 0; i < W; i++) {
+        value[i] = (float)(q[0] * r->ox[i] + q[1] * r->oy[i] + q[2] * r->oz[i] + q[3]);
+        slope[i] = (float)(q[0] * r->dx[i] + q[1] * r->dy[i] + q[2] * r->dz[i]);
+    }
+    vf from, along;
+    memcpy(&from, value, sizeof from);
+    memcpy(&along, slope, sizeof along);
+    vi across = vf_abs(along) > 1e-12f;
+    vf at = -from / vf_select(across, along, vf_set(1));
+    vi meets = (r->n > 0) & across & (at >= -1e-4f) & (at <= vi_to_vf(r->n - 1) + r->fraction + 1e-4f);
     vf place = vf_select(meets, vf_max(vf_min(at, vi_to_vf(r->n - 1) + r->fraction), vf_set(0)), vf_set(0));
     struct spot s = packet_spot(job, r, place);
     vf raw = project_value(job, &s);
@@ -466,6 +557,12 @@ PEL_INLINE void slice(const struct pel_job *job, const struct packet *r, struct 
         for (int y = y0; y < y1; y += PACKET_HEIGHT)                                                              \
             for (int x = x0; x < x1; x += PACKET_WIDTH) {                                                         \
                 struct packet r;                                                                                  \
+                if (job->spans && !(r.spans = job->spans[(y >> 2) * job->span_columns + (x >> 2)])) {             \
+                    counts->culled += W;                                                                          \
+                    continue;                                                                                     \
+                }                                                                                                 \
+                if (!job->spans)                                                                                  \
+                    r.spans = 0;                                                                                  \
                 if (!packet_init(job, x, y, x1, y1, &r))                                                          \
                     continue;                                                                                     \
                 for (int i = 0; i < W; i++)                                                                       \

@@ -10,6 +10,8 @@
 
 #include <pellucid/scene.h>
 
+#include "minmax.h"
+
 /* Kinds of voxel that have a kernel each. Fetched ("raw") values are affine in the data's: value = raw * value_scale + value_offset.
  *   U8   u8 and i8 (by flipping the sign bit); raw is 2^14 times the unsigned byte: the lerp along x is one multiply-add of 16-bit pairs
  *   U16  i16 and u16 (likewise); raw is 2^14 times the signed word
@@ -58,9 +60,13 @@ struct pel_job {
     /* Skipping. */
     bool skip;
     int32_t cell_dims[3];
+    int cell_row_shift, cell_slice_shift; /* of the distance map: rows and slices start at multiples of powers of two, so that no lane multiplies */
     const uint8_t *distance;          /* Chebyshev distance, in cells, to the nearest cell that may be seen; 0: this one may */
     const float *cell_bound, *block_bound; /* MIP: most, MinIP: least, of cells and blocks; raw. Kept even where skip is off: samples are held to it */
     int32_t block_dims[3];
+    const uint64_t *spans;            /* nullable: a mask of depth slabs a block of pixels (spans.h) */
+    int span_columns;
+    double span_lo, span_scale;       /* slab of s: (s - lo) * scale */
     int run;                          /* samples between two looks at the distance map */
 
     /* Optics. */
@@ -85,8 +91,9 @@ struct pel_job {
 };
 
 struct pel_counts {
-    uint64_t in_box;  /* samples that the rays' stretches hold */
+    uint64_t in_box;  /* samples that the stretches of the rays that were set up hold */
     uint64_t taken;
+    uint64_t culled; /* rays that were never set up, since their block of pixels holds nothing */
 };
 
 typedef void (*pel_kernel)(const struct pel_job *job, int x0, int y0, int x1, int y1, struct pel_counts *counts);

@@ -20,98 +20,103 @@ struct packet {
     vi n;              /* segments; 0: misses, or outside the picture */
     vf fraction;       /* length of the last segment, in steps */
     vf offset, last;   /* sample k lies at min(k + offset, last) steps from the entry */
-    vd t_entry;        /* world distance of the entry */
+    double t_entry[W]; /* world distance of the entry */
+    vf s_entry, s_step; /* depth parameter of the entry, and of a step */
+    uint64_t spans;    /* depth slabs that are still ahead */
 };
-
-PEL_INLINE vd vd_select(vd mask_ge_zero, vd a, vd b)
-{
-    typedef int64_t vl __attribute__((vector_size(W * 8)));
-    vl m = mask_ge_zero >= 0;
-    return (vd)((m & (vl)a) | (~m & (vl)b));
-}
-
-PEL_INLINE vd vd_least(vd a, vd b)
-{
-    return vd_select(b - a, a, b);
-}
-
-PEL_INLINE vd vd_most(vd a, vd b)
-{
-    return vd_select(a - b, a, b);
-}
 
 /* Narrows [*lo, *hi] to where value + s * slope >= 0. */
 PEL_INLINE void clip(vd value, vd slope, vd *lo, vd *hi)
 {
-    vd parallel = 1e-300 - vd_select(slope, slope, -slope); /* >= 0: no crossing */
-    vd cut = -value / vd_select(parallel, vd_set(1), slope);
-    vd none = vd_select(value, vd_set(-1e300), vd_set(1e300)); /* parallel: all or nothing */
-    vd enter = vd_select(parallel, none, vd_select(slope, cut, vd_set(-1e300)));
-    vd leave = vd_select(parallel, vd_set(1e300), vd_select(-slope, cut, vd_set(1e300)));
-    *lo = vd_most(*lo, enter);
-    *hi = vd_least(*hi, leave);
+    slope = vd_select((slope < 1e-300) & (slope > -1e-300), vd_set(1e-300), slope); /* along the plane: all or nothing */
+    vd cut = -value / slope;
+    *lo = vd_max(*lo, vd_select(slope > 0, cut, vd_set(-1e300)));
+    *hi = vd_min(*hi, vd_select(slope > 0, vd_set(1e300), cut));
 }
 
-PEL_INLINE vf reciprocal(vf d)
+/* A half packet's rays, in double. */
+struct half {
+    vd p[3], d[3], lo, hi, length;
+};
+
+PEL_INLINE void half_init(const struct pel_job *job, vd x, double y0, vd row, struct half *h)
 {
-    vf tiny = vf_select(d < 0, vf_set(-1e-12f), vf_set(1e-12f));
-    return 1 / vf_select(vf_abs(d) < 1e-12f, tiny, d);
+    vd y = y0 + row, length2 = vd_set(0);
+    h->lo = vd_set(job->s_least);
+    h->hi = vd_set(1e300);
+    for (int a = 0; a < 3; a++) {
+        vd p = h->p[a] = job->p0[a] + job->px[a] * x + job->py[a] * y;
+        vd d = h->d[a] = job->d0[a] + job->dx[a] * x + job->dy[a] * y;
+        vd w = job->w0[a] + job->wx[a] * x + job->wy[a] * y;
+        length2 += w * w;
+        vd inverse = 1 / vd_select((d < 1e-300) & (d > -1e-300), vd_set(1e-300), d);
+        vd t0 = (job->box_lo[a] - p) * inverse, t1 = (job->box_hi[a] - p) * inverse;
+        h->lo = vd_max(h->lo, vd_min(t0, t1));
+        h->hi = vd_min(h->hi, vd_max(t0, t1));
+    }
+    for (int i = 0; i < job->plane_count; i++) {
+        const double *q = job->planes[i];
+        clip(q[0] * h->p[0] + q[1] * h->p[1] + q[2] * h->p[2] + q[3], q[0] * h->d[0] + q[1] * h->d[1] + q[2] * h->d[2], &h->lo, &h->hi);
+    }
+    h->length = vd_sqrt(length2);
+}
+
+/* Puts lanes 0 .. HALF-1 or HALF .. W-1 of a float vector in place. */
+PEL_INLINE void put_half(vf *to, int half, vd from)
+{
+    float lanes[HALF];
+    for (int i = 0; i < HALF; i++)
+        lanes[i] = (float)from[i];
+    memcpy((float *)to + half * HALF, lanes, sizeof lanes);
 }
 
 /* Sets up the rays of the packet at (x, y); false where none meets the volume. `tile_x1`, `tile_y1`: the picture's part that may be drawn. */
 __attribute__((noinline, unused)) static bool packet_init(const struct pel_job *job, int x, int y, int tile_x1, int tile_y1, struct packet *r)
 {
-    vd fx, fy;
-    vi inside;
-    vf jitter = vf_set(0.5f);
-    for (int i = 0; i < W; i++) {
-        int lx = x + i % PACKET_WIDTH, ly = y + i / PACKET_WIDTH;
-        fx[i] = lx, fy[i] = ly;
-        inside[i] = lx < tile_x1 && ly < tile_y1 ? -1 : 0;
-        if (job->jitter)
-            jitter[i] = pel_jitter(lx, ly);
+    vf steps = vf_set(0);
+    struct half h[2];
+    bool any = false;
+    for (int i = 0; i < 2; i++) {
+        vd column, row, zero = vd_set(0);
+        for (int l = 0; l < HALF; l++) {
+            column[l] = (i * HALF + l) % PACKET_WIDTH;
+            row[l] = (i * HALF + l) / PACKET_WIDTH;
+        }
+        half_init(job, x + column, y, row, &h[i]);
+        vd stretch = h[i].hi - h[i].lo;
+        vl hit = (stretch > 0) & (x + column < (double)tile_x1) & (y + row < (double)tile_y1);
+        h[i].lo = vd_select(hit, h[i].lo, zero);
+        stretch = vd_select(hit, vd_min(stretch * h[i].length / job->step, vd_set(1e9)), zero);
+        put_half(&steps, i, stretch);
+        for (int l = 0; l < HALF; l++)
+            any |= stretch[l] > 0;
     }
-    vd p[3], d[3], lo = vd_set(job->s_least), hi = vd_set(1e300), length2 = vd_set(0);
-    for (int a = 0; a < 3; a++) {
-        p[a] = job->p0[a] + job->px[a] * fx + job->py[a] * fy;
-        d[a] = job->d0[a] + job->dx[a] * fx + job->dy[a] * fy;
-        vd w = job->w0[a] + job->wx[a] * fx + job->wy[a] * fy;
-        length2 += w * w;
-        clip(p[a] - job->box_lo[a], d[a], &lo, &hi);
-        clip(job->box_hi[a] - p[a], -d[a], &lo, &hi);
-    }
-    for (int i = 0; i < job->plane_count; i++) {
-        const double *q = job->planes[i];
-        clip(q[0] * p[0] + q[1] * p[1] + q[2] * p[2] + q[3], q[0] * d[0] + q[1] * d[1] + q[2] * d[2], &lo, &hi);
-    }
-    vd stretch = hi - lo;
-    vi hit = __builtin_convertvector(stretch > 0, vi) & inside;
-    if (!vi_any(hit))
+    if (!any)
         return false;
-    vd length;
-    for (int i = 0; i < W; i++)
-        length[i] = __builtin_sqrt(length2[i]);
-    vd ds = job->step / length, steps = vd_least(stretch / ds, vd_set(1e9));
-    steps = vd_select(stretch, steps, vd_set(0));
-    vi n = __builtin_convertvector(steps + 0.999, vi); /* a last thousandth belongs to the segment before */
-    n = vi_select(hit, vi_max(n, vi_set(1)), vi_set(0));
-    vd whole = __builtin_convertvector(n, vd) - 1;
-    vd entry = vd_select(__builtin_convertvector(n, vd) - 1, lo, vd_set(0));
-    ds = vd_select(__builtin_convertvector(n, vd) - 1, ds, vd_set(0));
-    r->x = x, r->y = y;
-    r->n = n;
-    r->fraction = __builtin_convertvector(steps - whole, vf);
-    r->offset = jitter;
-    r->last = vi_to_vf(n - 1) + jitter * r->fraction;
-    vf *o[3] = { &r->ox, &r->oy, &r->oz }, *step[3] = { &r->dx, &r->dy, &r->dz }, *inverse[3] = { &r->ix, &r->iy, &r->iz };
-    for (int a = 0; a < 3; a++) {
-        vd at = p[a] + entry * d[a];
-        at = vd_most(vd_least(at, vd_set(job->box_hi[a])), vd_set(job->box_lo[a]));
-        *o[a] = __builtin_convertvector(at, vf);
-        *step[a] = __builtin_convertvector(ds * d[a], vf);
-        *inverse[a] = reciprocal(*step[a]);
+    for (int i = 0; i < 2; i++) {
+        vd ds = job->step / h[i].length, t = (h[i].lo + job->s_base) * h[i].length;
+        vf *o[3] = { &r->ox, &r->oy, &r->oz }, *step[3] = { &r->dx, &r->dy, &r->dz };
+        for (int a = 0; a < 3; a++) {
+            put_half(o[a], i, vd_min(vd_max(h[i].p[a] + h[i].lo * h[i].d[a], vd_set(job->box_lo[a])), vd_set(job->box_hi[a])));
+            put_half(step[a], i, ds * h[i].d[a]);
+        }
+        memcpy(r->t_entry + i * HALF, &t, sizeof t);
+        put_half(&r->s_entry, i, h[i].lo);
+        put_half(&r->s_step, i, ds);
     }
-    r->t_entry = (entry + job->s_base) * length;
+    vf tiny = vf_set(1e-12f);
+    r->ix = 1 / vf_select(vf_abs(r->dx) < tiny, tiny, r->dx);
+    r->iy = 1 / vf_select(vf_abs(r->dy) < tiny, tiny, r->dy);
+    r->iz = 1 / vf_select(vf_abs(r->dz) < tiny, tiny, r->dz);
+    r->x = x, r->y = y;
+    vi hit = steps > 0;
+    vi whole = vf_to_vi(steps + 0.999f); /* a last thousandth belongs to the segment before */
+    r->n = vi_select(hit, vi_max(whole, vi_set(1)), vi_set(0));
+    r->fraction = steps - vi_to_vf(r->n - 1);
+    r->offset = vf_set(0.5f);
+    for (int i = 0; job->jitter && i < W; i++)
+        r->offset[i] = pel_jitter(x + i % PACKET_WIDTH, y + i / PACKET_WIDTH);
+    r->last = vi_to_vf(r->n - 1) + r->offset * r->fraction;
     return true;
 }
 
@@ -133,18 +138,37 @@ PEL_INLINE vf axis_exit(vi cell, vi reach, float size, vf o, vf d, vf inverse)
     return (vi_to_vf(cell + side) * size - o) * inverse;
 }
 
-/* Sample that each lane may go on to: k itself where its cell may be seen, else the last one that still lies in empty cells. The margin keeps what rounding
- * could bring across a border. */
-PEL_INLINE vi packet_skip(const struct pel_job *job, const struct packet *r, const struct spot *s, vf offset, int k)
+/* How far each lane may go: samples (at k + offset) up to the one that is told lie in cells that cannot be seen. k - 1 where the lane's own cell may be seen. The margin
+ * keeps what rounding could bring across a border. */
+PEL_INLINE vi packet_clear_to(const struct pel_job *job, const struct packet *r, const struct spot *s, vf offset, int k)
 {
-    vi cx = s->x >> 2, cy = s->y >> 2, cz = s->z >> 2;
-    vi at = (cz * job->cell_dims[1] + cy) * job->cell_dims[0] + cx;
-    vi distance = vi_gather(job->distance, at) & 0xff;
+    vi cx = s->x >> PEL_CELL_SHIFT, cy = s->y >> PEL_CELL_SHIFT, cz = s->z >> PEL_CELL_SHIFT;
+    vi distance = vi_gather(job->distance, (cz << job->cell_slice_shift) + (cy << job->cell_row_shift) + cx) & 0xff;
     vi reach = distance - 1;
-    vf exit = vf_min(vf_min(axis_exit(cx, reach, 4, r->ox, r->dx, r->ix), axis_exit(cy, reach, 4, r->oy, r->dy, r->iy)),
-                     axis_exit(cz, reach, 4, r->oz, r->dz, r->iz));
+    vf exit = vf_min(vf_min(axis_exit(cx, reach, PEL_CELL_SIZE, r->ox, r->dx, r->ix), axis_exit(cy, reach, PEL_CELL_SIZE, r->oy, r->dy, r->iy)),
+                     axis_exit(cz, reach, PEL_CELL_SIZE, r->oz, r->dz, r->iz));
     vi to = vf_to_vi(vf_max(vf_min(exit - offset - 1e-3f, vf_set(1e9f)), vf_set(0)));
-    return vi_select(distance == 0, vi_set(k), vi_max(to, vi_set(k)));
+    return vi_select(distance == 0, vi_set(k - 1), vi_max(to, vi_set(k)));
+}
+
+/* The next stretch of samples in which something may be seen, from k on: gives its first sample and sets *end behind its last, or INT32_MAX where there is none. */
+PEL_INLINE int packet_next_span(const struct pel_job *job, struct packet *r, int k, int *end)
+{
+    if (!r->spans)
+        return INT32_MAX;
+    int first = __builtin_ctzll(r->spans);
+    uint64_t rest = ~(r->spans >> first); /* a zero was shifted in unless all are set */
+    int length = rest ? __builtin_ctzll(rest) : 64;
+    int last = first + length > 64 ? 64 : first + length;
+    r->spans = last < 64 ? r->spans >> last << last : 0;
+    vi hit = r->n > 0;
+    vf from = (float)(job->span_lo + first / job->span_scale) - r->s_entry, to = (float)(job->span_lo + last / job->span_scale) - r->s_entry;
+    vf inverse = 1 / vf_select(hit, r->s_step, vf_set(1));
+    from = vf_max(vf_min(from * inverse, vf_set(1e9f)), vf_set(0));
+    to = vf_max(vf_min(to * inverse, vf_set(1e9f)), vf_set(0));
+    *end = vi_most(vi_select(hit, vf_to_vi(to), vi_set(0))) + 2;
+    int start = vi_least(vi_select(hit, vf_to_vi(from), vi_set(INT32_MAX))) - 1;
+    return start > k ? start : k;
 }
 
 /* Writes the lanes' premultiplied colours, opacity and depth (steps from the entry; negative: none). */

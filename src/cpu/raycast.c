@@ -13,6 +13,7 @@
 #include "minmax.h"
 #include "parallel.h"
 #include "rays.h"
+#include "spans.h"
 
 #define TILE_SIZE 32
 
@@ -24,6 +25,7 @@ struct pel_raycaster {
     void *padded;                    /* owned copy of a volume too thin to fetch from, or NULL */
     struct pel_minmax minmax;
     struct pel_classification_state state;
+    struct pel_spans spans;
     struct pel_raw_scale raw;
     enum pel_kernel_kind kind;
     struct pel_job job;
@@ -56,6 +58,7 @@ void pel_raycaster_destroy(struct pel_raycaster *rc)
         return;
     forget_volume(rc);
     pel_classify_finish(&rc->state);
+    pel_spans_finish(&rc->spans);
     free(rc);
 }
 
@@ -170,7 +173,7 @@ static void settings(struct pel_raycaster *rc, const struct pel_scene *scene)
     /* Values at segment ends tell of the segment only where the two ends' cells touch. */
     if (longest > PEL_CELL_SIZE * 0.5 && (s->mode == PEL_MODE_ISOSURFACE || s->classification == PEL_CLASSIFICATION_PREINTEGRATED))
         job->skip = false;
-    job->run = longest < 2 ? (int)(2 / longest) : 1;
+    job->run = longest < 3 ? (int)(3 / longest) : 1;
 }
 
 static pel_kernel choose_kernel(const struct pel_raycaster *rc)
@@ -245,6 +248,9 @@ bool pel_raycaster_draw(struct pel_raycaster *rc, const struct pel_scene *scene,
     struct pel_job *job = &rc->job;
     pel_rays_setup(job, scene, image->width, image->height);
     settings(rc, scene);
+    job->spans = NULL;
+    if (pel_mode_has_map(job->mode) && !pel_spans_build(&rc->spans, scene, rc->minmax.cells.dims, rc->state.visible_cells, rc->threads, job, error))
+        return false;
     job->rgba = image->rgba;
     job->depth = image->depth;
     size_t pixels = (size_t)image->width * (size_t)image->height;
@@ -263,6 +269,7 @@ bool pel_raycaster_draw(struct pel_raycaster *rc, const struct pel_scene *scene,
     for (int i = 0; i < rc->threads; i++) {
         counters->in_box += d.counts[i * COUNTS_APART].in_box;
         counters->taken += d.counts[i * COUNTS_APART].taken;
+        counters->culled += d.counts[i * COUNTS_APART].culled;
     }
     free(d.counts);
     if (scene->linear_light && job->mode != PEL_MODE_XRAY)
@@ -271,7 +278,7 @@ bool pel_raycaster_draw(struct pel_raycaster *rc, const struct pel_scene *scene,
     size_t cells = rc->minmax.cells.dims[0] * rc->minmax.cells.dims[1] * rc->minmax.cells.dims[2];
     counters->cells = cells;
     counters->visible_cells = rc->state.visible_cells;
-    counters->bytes = (cells + blocks) * 2 * sizeof(float) + (rc->state.distance ? cells : 0) + rc->state.array_entries * 12 * sizeof(float) +
+    counters->bytes = (cells + blocks) * 2 * sizeof(float) + rc->state.distance_bytes + rc->state.array_entries * 12 * sizeof(float) +
                       (rc->state.bounds ? (cells + blocks) * sizeof(float) : 0);
     return !atomic_load(&d.cancelled);
 }

@@ -28,7 +28,8 @@ bool pel_raycaster_set_volume(struct pel_raycaster *raycaster, const struct pel_
 bool pel_raycaster_classify(struct pel_raycaster *raycaster, const struct pel_scene *scene, struct pel_error *error);
 
 struct pel_raycast_counters {
-    uint64_t in_box, taken; /* samples in the rays' stretches; samples taken */
+    uint64_t in_box, taken; /* samples in the stretches of the rays that were cast; samples taken */
+    uint64_t culled;        /* rays that were not cast: nothing in their pixels */
     uint64_t cells, visible_cells;
     uint64_t bytes; /* memory held beside the volume */
 };

@@ -27,7 +27,10 @@
 
 typedef float vf __attribute__((vector_size(W * 4)));
 typedef int32_t vi __attribute__((vector_size(W * 4)));
-typedef double vd __attribute__((vector_size(W * 8)));
+/* Doubles fill a register with half as many lanes: code that needs them goes over a packet in two halves. */
+#define HALF (W / 2)
+typedef double vd __attribute__((vector_size(HALF * 8)));
+typedef int64_t vl __attribute__((vector_size(HALF * 8)));
 
 #define PEL_INLINE static inline __attribute__((always_inline, unused))
 
@@ -49,6 +52,52 @@ PEL_INLINE vd vd_set(double x)
 PEL_INLINE vf vi_to_vf(vi x)
 {
     return __builtin_convertvector(x, vf);
+}
+
+PEL_INLINE vd vd_select(vl mask, vd a, vd b)
+{
+#if PEL_AVX512
+    return (vd)_mm512_mask_blend_pd(_mm512_movepi64_mask((__m512i)mask), (__m512d)b, (__m512d)a);
+#elif PEL_AVX2
+    return (vd)_mm256_blendv_pd((__m256d)b, (__m256d)a, (__m256d)mask);
+#else
+    return (vd)((mask & (vl)a) | (~mask & (vl)b));
+#endif
+}
+
+PEL_INLINE vd vd_min(vd a, vd b)
+{
+#if PEL_AVX512
+    return (vd)_mm512_min_pd((__m512d)a, (__m512d)b);
+#elif PEL_AVX2
+    return (vd)_mm256_min_pd((__m256d)a, (__m256d)b);
+#else
+    return vd_select(a < b, a, b);
+#endif
+}
+
+PEL_INLINE vd vd_max(vd a, vd b)
+{
+#if PEL_AVX512
+    return (vd)_mm512_max_pd((__m512d)a, (__m512d)b);
+#elif PEL_AVX2
+    return (vd)_mm256_max_pd((__m256d)a, (__m256d)b);
+#else
+    return vd_select(a > b, a, b);
+#endif
+}
+
+PEL_INLINE vd vd_sqrt(vd a)
+{
+#if PEL_AVX512
+    return (vd)_mm512_sqrt_pd((__m512d)a);
+#elif PEL_AVX2
+    return (vd)_mm256_sqrt_pd((__m256d)a);
+#else
+    for (int i = 0; i < HALF; i++)
+        a[i] = __builtin_sqrt(a[i]);
+    return a;
+#endif
 }
 
 /* Towards zero, as C does. */

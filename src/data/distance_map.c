@@ -29,31 +29,31 @@ static void relax(uint8_t *restrict row, const uint8_t *const neighbours[4], siz
     }
 }
 
-bool pel_distance_map(uint8_t *map, const size_t dims[3], struct pel_error *error)
+bool pel_distance_map(uint8_t *map, const size_t dims[3], size_t row, size_t slice, struct pel_error *error)
 {
-    size_t nx = dims[0], ny = dims[1], nz = dims[2], slice = nx * ny;
+    size_t nx = dims[0], ny = dims[1], nz = dims[2];
     uint8_t *fold = pel_alloc(nx + 2, 1, "distance map", error);
     if (!fold)
         return false;
-    for (size_t i = 0; i < slice * nz; i++)
-        map[i] = map[i] ? PEL_DISTANCE_FAR : 0;
     for (size_t z = 0; z < nz; z++)
         for (size_t y = 0; y < ny; y++) {
-            uint8_t *row = map + z * slice + y * nx;
-            const uint8_t *before[4] = { y ? row - nx : NULL, z && y ? row - slice - nx : NULL, z ? row - slice : NULL,
-                                         z && y + 1 < ny ? row - slice + nx : NULL };
-            relax(row, before, nx, fold);
+            uint8_t *to = map + z * slice + y * row;
+            for (size_t x = 0; x < nx; x++)
+                to[x] = to[x] ? PEL_DISTANCE_FAR : 0;
+            const uint8_t *before[4] = { y ? to - row : NULL, z && y ? to - slice - row : NULL, z ? to - slice : NULL,
+                                         z && y + 1 < ny ? to - slice + row : NULL };
+            relax(to, before, nx, fold);
             for (size_t x = 1; x < nx; x++)
-                row[x] = least(row[x], (uint8_t)(row[x - 1] + 1));
+                to[x] = least(to[x], (uint8_t)(to[x - 1] + 1));
         }
     for (size_t z = nz; z-- > 0;)
         for (size_t y = ny; y-- > 0;) {
-            uint8_t *row = map + z * slice + y * nx;
-            const uint8_t *behind[4] = { y + 1 < ny ? row + nx : NULL, z + 1 < nz && y + 1 < ny ? row + slice + nx : NULL,
-                                         z + 1 < nz ? row + slice : NULL, z + 1 < nz && y ? row + slice - nx : NULL };
-            relax(row, behind, nx, fold);
+            uint8_t *to = map + z * slice + y * row;
+            const uint8_t *behind[4] = { y + 1 < ny ? to + row : NULL, z + 1 < nz && y + 1 < ny ? to + slice + row : NULL,
+                                         z + 1 < nz ? to + slice : NULL, z + 1 < nz && y ? to + slice - row : NULL };
+            relax(to, behind, nx, fold);
             for (size_t x = nx - 1; x-- > 0;)
-                row[x] = least(row[x], (uint8_t)(row[x + 1] + 1));
+                to[x] = least(to[x], (uint8_t)(to[x + 1] + 1));
         }
     free(fold);
     return true;

@@ -11,8 +11,8 @@
 
 #define PEL_DISTANCE_FAR 250 /* the most that is told */
 
-/* In place: on entry 0 marks a cell and anything else means unmarked; on return each cell holds its distance, at most PEL_DISTANCE_FAR. `map` has
- * dims[0]*dims[1]*dims[2] bytes, x fastest. Fails only for want of memory for a few rows. */
-bool pel_distance_map(uint8_t *map, const size_t dims[3], struct pel_error *error);
+/* In place: on entry 0 marks a cell and anything else means unmarked; on return each cell holds its distance, at most PEL_DISTANCE_FAR. `map` has a byte a cell,
+ * x fastest, `row` bytes from one row and `slice` bytes from one slice to the next. Fails only for want of memory for a few rows. */
+bool pel_distance_map(uint8_t *map, const size_t dims[3], size_t row, size_t slice, struct pel_error *error);
 
 #endif

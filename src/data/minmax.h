@@ -10,6 +10,7 @@
 
 #define PEL_CELL_SHIFT 2                       /* voxels a cell, as a power of two */
 #define PEL_CELL_SIZE (1 << PEL_CELL_SHIFT)
+#define PEL_BLOCK_SHIFT 4                      /* voxels a block of cells */
 
 struct pel_minmax_level {
     size_t dims[3];

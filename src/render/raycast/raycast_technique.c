@@ -43,6 +43,7 @@ static bool draw(void *state, const struct pel_frame *frame, struct pel_error *e
     pel_frame_stage(frame, "cast rays", start);
     pel_frame_count(frame, "samples taken", c.taken);
     pel_frame_count(frame, "samples skipped", c.in_box > c.taken ? c.in_box - c.taken : 0);
+    pel_frame_count(frame, "rays culled", c.culled);
     pel_frame_count(frame, "cells", c.cells);
     pel_frame_count(frame, "cells that may be seen", c.visible_cells);
     pel_frame_count(frame, "bytes beside the volume", c.bytes);

@@ -1,0 +1,23 @@
+/* SPDX-License-Identifier: MIT */
+/* Spans: for each block of 4x4 pixels, which of 64 slabs of depth hold something that may be seen. All visible cells are projected onto the blocks before any ray is cast, so that
+ * rays which meet nothing are never set up, and the others start, pause and end where something is. This is the slab mask of multi-layer depth peeling (paper 001, section 4.2) with a
+ * 64-bit word for a layer's slices, made by the CPU for packets instead of by the rasteriser for pixels. */
+#ifndef PEL_CPU_SPANS_H
+#define PEL_CPU_SPANS_H
+
+#include "kernel.h"
+
+#define PEL_SPAN_SHIFT 2 /* pixels a block, as a power of two */
+
+struct pel_spans {
+    uint64_t *masks; /* owned; a word a block */
+    size_t count;
+};
+
+/* Fills the masks for the job's distance map and the scene's camera, and points the job at them; sets job->spans to NULL where they cannot be used (the camera is among the cells, or
+ * skipping is off). `cells` is the distance map's size. */
+bool pel_spans_build(struct pel_spans *spans, const struct pel_scene *scene, const size_t cells[3], size_t visible_cells, int threads,
+                     struct pel_job *job, struct pel_error *error);
+void pel_spans_finish(struct pel_spans *spans);
+
+#endif
