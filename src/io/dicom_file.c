@@ -202,7 +202,7 @@ static void take_file(struct walk *w, const struct element *e)
     case TAG_PLANES: f->pixels.planes = take_short(w, e) == 1; break;
     case TAG_FRAMES:
         take_decimals(w, e, 1, &frames);
-        f->frame_count = frames > 1 && frames < 4e9 ? (uint64_t)frames : 1;
+        f->frame_count = frames > 1 ? (frames < 9e15 ? (uint64_t)frames : (uint64_t)9e15) : 1;
         break;
     case TAG_ROWS: f->pixels.rows = (uint32_t)take_short(w, e); break;
     case TAG_COLUMNS: f->pixels.columns = (uint32_t)take_short(w, e); break;
@@ -406,7 +406,7 @@ static bool find_start(struct walk *w, uint64_t *at)
         return true;
     *at = 0;
     p = look(w, 0, 8);
-    return p && p[1] == 0 && (p[0] == 2 || p[0] == 8) && p[3] == 0 && (p[2] <= 0x18) && (p[4] >= 'A' ? p[5] >= 'A' : p[6] == 0 && p[7] == 0);
+    return p && p[1] == 0 && (p[0] == 2 || p[0] == 8) && p[3] <= 0x10 && (p[4] >= 'A' ? p[5] >= 'A' : p[6] == 0 && p[7] == 0);
 }
 
 bool pel_dicom_file_open(struct pel_dicom_file *file, const char *path, bool *is_dicom, struct pel_error *error)

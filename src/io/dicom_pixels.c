@@ -87,10 +87,8 @@ static bool unpack_runs(const unsigned char *in, size_t size, unsigned char *out
     while (done < count && at < size) {
         int code = (signed char)in[at++];
         size_t run = code >= 0 ? (size_t)code + 1 : code == -128 ? 0 : (size_t)(1 - code);
-        if (code >= 0 ? run > size - at : run && at >= size)
+        if (run > count - done || (code >= 0 ? run > size - at : run && at >= size))
             return false;
-        if (run > count - done)
-            run = count - done; /* padding of the last run */
         for (size_t i = 0; i < run; i++)
             out[(done + i) * step] = in[code >= 0 ? at + i : at];
         done += run;
