@@ -329,7 +329,7 @@ static void draw_slice(const struct reference *r, struct ray *ray, struct pixel 
     pixel->depth = t;
 }
 
-/* "Modes" and "Light". */
+/* "Modes", "Light", and of "Depth" that where nothing is seen there is none. */
 static void draw_pixel(const struct reference *r, int x, int y, struct pixel *pixel, uint64_t *samples)
 {
     struct ray ray;
@@ -345,6 +345,8 @@ static void draw_pixel(const struct reference *r, int x, int y, struct pixel *pi
     case PEL_MODE_ISOSURFACE: draw_isosurfaces(r, &ray, pixel); break;
     case PEL_MODE_SLICE: draw_slice(r, &ray, pixel); break;
     }
+    if (!(pixel->alpha > 0))
+        pixel->depth = INFINITY;
     if (r->scene->linear_light && pixel->alpha > 0)
         for (int c = 0; c < 3; c++)
             pixel->rgb[c] = pel_reference_encode(pixel->rgb[c] / pixel->alpha) * pixel->alpha;
