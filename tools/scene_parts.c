@@ -10,8 +10,9 @@ static enum pel_transfer_purpose purpose_of(enum pel_mode mode)
 {
     switch (mode) {
     case PEL_MODE_MIP:
-    case PEL_MODE_AVERAGE:
         return PEL_TRANSFER_PROJECTION;
+    case PEL_MODE_AVERAGE:
+        return PEL_TRANSFER_AVERAGE;
     case PEL_MODE_MINIP:
     case PEL_MODE_SLICE:
         return PEL_TRANSFER_OPAQUE;

@@ -64,9 +64,10 @@ void pel_transfer_rescale(struct pel_transfer *transfer, double from_lo, double 
  * materials told apart by colour, boundaries seen. Labels get a colour each. Unit distance is set to the mean spacing. */
 enum pel_transfer_purpose {
     PEL_TRANSFER_COMPOSITE,  /* emission and absorption, isosurface colours */
-    PEL_TRANSFER_PROJECTION, /* MIP and average: gray window, opacity ramp */
+    PEL_TRANSFER_PROJECTION, /* MIP: gray window, opacity ramp */
     PEL_TRANSFER_OPAQUE,     /* MinIP and slices: gray window, opacity 1 */
     PEL_TRANSFER_XRAY,       /* absorption proportional to value, an object's middle neither black nor white */
+    PEL_TRANSFER_AVERAGE,    /* average: gray window over the means of rays, which are far below the greatest values */
 };
 bool pel_transfer_automatic(struct pel_transfer *transfer, const struct pel_volume *volume, enum pel_transfer_purpose purpose,
                             struct pel_error *error);

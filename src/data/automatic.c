@@ -27,6 +27,11 @@ static void object_opacities(const struct pel_survey *s, struct pel_opacity_poin
     int first = pel_survey_bin(s, s->threshold);
     double base = fmin(1 - exp(-(s->kind == PEL_SURVEY_MATERIALS ? 4.6 : 2.3) / s->extent), 0.3), dense = 0.5, total = 0, below = 0;
     double common = s->kind == PEL_SURVEY_MATERIALS ? 0.6 : 0.4;
+    if (s->kind != PEL_SURVEY_FULL) { /* a material that fills the box is rather a fog around what is rare */
+        double crowded = clamp01((s->fill - 0.5) / 0.25);
+        base *= 1 - 0.85 * crowded;
+        common += (0.92 - common) * crowded;
+    }
     for (int i = first; i < s->bins; i++)
         total += s->count[i];
     for (int k = 0, bin = first; k < KNOTS; k++) {
@@ -69,18 +74,23 @@ static bool composite(struct pel_transfer *transfer, const struct pel_survey *s,
     case PEL_SURVEY_FIELD:
     case PEL_SURVEY_FULL: break;
     }
-    /* The map begins below the threshold: its darkest colours would not be seen on a dark background. */
+    /* The map begins below the threshold, since its darkest colours would not be seen on a dark background, and ends before the few
+     * greatest values, which would take most of it. */
     object_opacities(s, points);
-    return pel_transfer_set_colormap(transfer, "plasma", s->threshold - 0.3 * (s->top - s->threshold), s->top, error) &&
+    return pel_transfer_set_colormap(transfer, "plasma", s->threshold - 0.3 * (s->common - s->threshold), s->common, error) &&
            pel_transfer_set_opacities(transfer, points, KNOTS, error);
 }
 
-/* Gray from the background to the top. The opacity rises fast: the gray alone should tell the value, not its square. */
-static bool projection(struct pel_transfer *transfer, const struct pel_survey *s, struct pel_error *error)
+/* Gray from lo to hi. The opacity rises fast: the gray alone should tell the value, not its square. */
+static bool window(struct pel_transfer *transfer, double lo, double hi, struct pel_error *error)
 {
-    double lo = s->kind == PEL_SURVEY_SIGNED ? s->lo : s->background, width = s->top - lo;
-    struct pel_opacity_point points[] = { { lo, 0 }, { lo + 0.25 * width, 1 } };
-    return pel_transfer_set_colormap(transfer, "gray", lo, s->top, error) && pel_transfer_set_opacities(transfer, points, 2, error);
+    struct pel_opacity_point points[] = { { lo, 0 }, { lo * 0.75 + hi * 0.25, 1 } };
+    return pel_transfer_set_colormap(transfer, "gray", lo, hi, error) && pel_transfer_set_opacities(transfer, points, 2, error);
+}
+
+static double window_start(const struct pel_survey *s)
+{
+    return s->kind == PEL_SURVEY_SIGNED ? s->lo : s->background;
 }
 
 static bool opaque(struct pel_transfer *transfer, const struct pel_survey *s, struct pel_error *error)
@@ -143,18 +153,27 @@ static bool xray(struct pel_transfer *transfer, const struct pel_volume *volume,
            pel_transfer_set_opacities(transfer, points, STEPS, error);
 }
 
+/* A ray's mean is diluted by the background that it crosses. */
+static bool average(struct pel_transfer *transfer, const struct pel_volume *volume, const struct pel_survey *s, struct pel_error *error)
+{
+    double length = (double)volume->dims[1] * volume->spacing[1] / pel_volume_mean_spacing(volume);
+    double part = fmin(1.5 * typical_depth(volume, s) / length, 1), lo = window_start(s);
+    return window(transfer, lo, part > 1e-6 ? lo + (s->top - lo) * part : s->top, error);
+}
+
 bool pel_transfer_automatic(struct pel_transfer *transfer, const struct pel_volume *volume, enum pel_transfer_purpose purpose,
                             struct pel_error *error)
 {
     struct pel_survey survey;
     bool ok = false;
-    if (volume->labels && purpose != PEL_TRANSFER_XRAY) {
+    if (volume->labels && purpose != PEL_TRANSFER_XRAY && purpose != PEL_TRANSFER_AVERAGE) {
         ok = pel_label_transfer(transfer, volume, purpose == PEL_TRANSFER_OPAQUE, error);
     } else {
         pel_survey_volume(volume, &survey);
         switch (purpose) {
         case PEL_TRANSFER_COMPOSITE: ok = composite(transfer, &survey, error); break;
-        case PEL_TRANSFER_PROJECTION: ok = projection(transfer, &survey, error); break;
+        case PEL_TRANSFER_PROJECTION: ok = window(transfer, window_start(&survey), survey.top, error); break;
+        case PEL_TRANSFER_AVERAGE: ok = average(transfer, volume, &survey, error); break;
         case PEL_TRANSFER_OPAQUE: ok = opaque(transfer, &survey, error); break;
         case PEL_TRANSFER_XRAY: ok = xray(transfer, volume, &survey, error); break;
         }
@@ -167,6 +186,8 @@ bool pel_transfer_automatic(struct pel_transfer *transfer, const struct pel_volu
 double pel_isovalue_automatic(const struct pel_volume *volume)
 {
     struct pel_survey survey;
+    if (volume->labels && isfinite(volume->range[0]))
+        return volume->range[0] + 0.5; /* around everything that has a name */
     pel_survey_volume(volume, &survey);
     return survey.isovalue;
 }

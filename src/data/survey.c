@@ -239,7 +239,7 @@ static int find_background(const struct pel_survey *s, int window)
 }
 
 /* The middle of the background's peak at half its height (0 where the range begins with the mode), and the bin where its upper
- * flank has come down. */
+ * flank has come down: to a tenth, or to where it rises again. */
 static int background_peak(const struct pel_survey *s, int mode, int *flank)
 {
     int left = mode, right = mode;
@@ -247,8 +247,10 @@ static int background_peak(const struct pel_survey *s, int mode, int *flank)
         left--;
     while (right + 1 < s->bins && s->smooth[right + 1] >= 0.5 * s->smooth[mode])
         right++;
-    for (*flank = right; *flank + 1 < s->bins && s->smooth[*flank] >= 0.1 * s->smooth[mode];)
-        ++*flank;
+    int least = right;
+    for (int i = right; i < s->bins && s->smooth[least] >= 0.1 * s->smooth[mode] && s->smooth[i] < 1.2 * s->smooth[least]; i++)
+        least = s->smooth[i] < s->smooth[least] ? i : least;
+    *flank = least;
     return mode == 0 ? 0 : (left + right) / 2;
 }
 
@@ -365,6 +367,10 @@ static void judge(struct pel_survey *s)
     first += first + 1 < s->bins;
     int near = quantile(s, first, 0.99), far = quantile(s, first, 0.999); /* a long thin tail would take most of the colours */
     s->top = fmax(pel_survey_value(s, (near - first) * 2 < far - first ? near : far), s->isovalue);
+    double middle = pel_survey_value(s, quantile(s, first, 0.5)), rare = pel_survey_value(s, quantile(s, first, 0.97));
+    if (s->kind == PEL_SURVEY_MATERIALS && s->fill > 0.65 && rare - middle > 0.3 * (middle - s->background))
+        s->isovalue = rare; /* one material fills the box: the object is what stands out of that (vessels in flesh) */
+    s->common = fmax(pel_survey_value(s, quantile(s, first, 0.96)), s->isovalue);
 }
 
 void pel_survey_volume(const struct pel_volume *volume, struct pel_survey *s)
@@ -372,7 +378,7 @@ void pel_survey_volume(const struct pel_volume *volume, struct pel_survey *s)
     double lo = volume->range[0], hi = volume->range[1], q_lo, q_hi;
     *s = (struct pel_survey) { .kind = PEL_SURVEY_EMPTY, .extent = 1 };
     s->lo = s->background = s->threshold = s->isovalue = isfinite(lo) ? lo : 0;
-    s->hi = s->top = s->lo + 1;
+    s->hi = s->top = s->common = s->lo + 1;
     if (!volume->data || !isfinite(lo) || !isfinite(hi) || !(lo < hi))
         return;
     /* The histogram divides by hi - lo. */

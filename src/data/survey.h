@@ -27,6 +27,7 @@ struct pel_survey {
     double threshold;  /* values below are background and noise; background < threshold <= isovalue */
     double isovalue;   /* the object's outer boundary */
     double top;        /* all but a hundredth or a thousandth of the object lies below */
+    double common;     /* all but a few hundredths do */
     double extent;     /* the object's size in voxels: the cube root of how many there are of it, at least 1 */
     double fill;       /* share of the samples above the threshold */
 };

@@ -213,7 +213,7 @@ static void odd_volumes_give_valid_functions(void **state)
     (void)state;
     static double (*const odd[])(const double p[3], double noise) = { constant, nothing, huge, tiny, with_outlier, with_fill_value };
     for (size_t i = 0; i < sizeof odd / sizeof *odd; i++)
-        for (int purpose = PEL_TRANSFER_COMPOSITE; purpose <= PEL_TRANSFER_XRAY; purpose++) {
+        for (int purpose = PEL_TRANSFER_COMPOSITE; purpose <= PEL_TRANSFER_AVERAGE; purpose++) {
             struct seen s = automatic(PEL_F64, odd[i], (enum pel_transfer_purpose)purpose);
             assert_true(isfinite(s.isovalue));
             pel_transfer_finish(&s.transfer);
@@ -247,6 +247,12 @@ static void other_purposes(void **state)
     pel_transfer_finish(&s.transfer);
     s = automatic(PEL_U8, ball_in_noise, PEL_TRANSFER_PROJECTION);
     assert_true(opacity(&s, 14) < 0.05 && opacity(&s, 200) == 1);
+    pel_transfer_finish(&s.transfer);
+    s = automatic(PEL_U8, ball_in_noise, PEL_TRANSFER_AVERAGE);
+    double mean = 20 + 100 * 0.6 + 80 * 0.3, gray[3]; /* of a ray through the middle */
+    pel_transfer_color(&s.transfer, mean, gray);
+    assert_true(opacity(&s, mean) == 1 && gray[0] > 0.5);
+    assert_true(opacity(&s, 14) < 0.05);
     pel_transfer_finish(&s.transfer);
     /* A ray through the ball's middle: neither black nor white. */
     s = automatic(PEL_U8, ball_in_noise, PEL_TRANSFER_XRAY);
@@ -296,7 +302,7 @@ static void real_files(void **state)
         { "neghip.nrrd", 0, 200, 20, 150 },     { "tooth.nhdr", 390, 1150, 450, 750 },    { "vishuman_head.nrrd", 4, 180, 12, 70 },
         { "cthead", 5, 180, 25, 75 },           { "template_T2.nrrd", 36, 560, 60, 300 }, { "inia19-t1-brain.nii.gz", 0, 105, 10, 60 },
         { "HeadMRVolume.mhd", 2, 100, 10, 45 }, { "ironProt.vtk", 0, 200, 20, 150 },      { "hydrogen.vti", 0, 0.5, 0.02, 0.3 },
-        { "isabel_speed.vti", 1, 40, 15, 50 },  { "carotid.vtk", 0.02, 6, 0.8, 6 },
+        { "isabel_speed.vti", 1, 40, 15, 50 },  { "carotid.vtk", 10, 300, 140, 250 },
     };
     const char *folder = getenv("PELLUCID_TEST_DATA");
     struct stat info;
