@@ -120,9 +120,12 @@ static bool take_blocks(struct source *s, const struct pel_vti_header *h, uint64
     blocks->packed = pel_alloc((size_t)blocks->count, sizeof *blocks->packed, "block sizes", s->error);
     if (!blocks->packed)
         return false;
-    for (uint64_t i = 0; i < blocks->count; i++)
-        if (!take_word(s, h, &blocks->packed[i]) || __builtin_add_overflow(sum, blocks->packed[i], &sum))
+    for (uint64_t i = 0; i < blocks->count; i++) {
+        if (!take_word(s, h, &blocks->packed[i]))
             return pel_fail_in(s->error, "block sizes: ");
+        if (__builtin_add_overflow(sum, blocks->packed[i], &sum))
+            sum = UINT64_MAX;
+    }
     /* deflate packs 1032 to 1 at best */
     if (sum > left(s) || wanted / 1032 > sum)
         return pel_fail(s->error, PEL_ERROR_FORMAT, "the blocks claim %llu bytes of the file for %llu of samples; there are %llu",

@@ -18,7 +18,7 @@ struct pel_vti_array {
     bool cells;      /* of the cells, not of the points */
     int rank;        /* the highest is read where nobody chose */
     enum { PEL_VTI_ASCII, PEL_VTI_BINARY, PEL_VTI_APPENDED } format;
-    uint64_t offset; /* ASCII and BINARY: in the (unpacked) file, of what follows the tag; APPENDED: from the beginning of the appended data */
+    uint64_t offset; /* ASCII and BINARY: in the (unpacked) file, of the first number; APPENDED: from the beginning of the appended data */
 };
 
 struct pel_vti_header {

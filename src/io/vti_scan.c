@@ -30,6 +30,7 @@ struct scan {
     int pieces;
     long long whole[6];
     struct pel_vti_array *current; /* the array whose element is open, or NULL */
+    bool awaits_text;              /* its numbers, which stand in it, have not begun */
     char scalars[2][128], vectors[2][128]; /* active arrays of points and of cells */
     char field[64];           /* name of the open FieldData array that is ours, or "" */
     char content[256];        /* its text */
@@ -207,6 +208,7 @@ static void start_array(struct scan *scan, const char **attributes)
     array.offset = array.format == PEL_VTI_APPENDED ? (uint64_t)offset : behind_tag(scan);
     scan->current = &scan->header->arrays[scan->header->array_count++];
     *scan->current = array;
+    scan->awaits_text = array.format != PEL_VTI_APPENDED;
 }
 
 /* An array of FieldData: only those that we wrote ourselves mean something. */
@@ -286,8 +288,6 @@ static void XMLCALL end_element(void *user, const char *name)
         return;
     if (scan->skipped) {
         scan->skipped--;
-        if (scan->current && !scan->skipped && scan->current->format != PEL_VTI_APPENDED)
-            scan->current->offset = behind_tag(scan); /* the numbers come behind the InformationKeys */
         if (*scan->field && !scan->skipped)
             take_field(scan);
     } else if (scan->current) {
@@ -302,6 +302,16 @@ static void XMLCALL text_piece(void *user, const char *text, int length)
 {
     struct scan *scan = user;
     size_t used = strlen(scan->content);
+    /* The numbers of an array stand before or behind elements inside of it (InformationKey): they begin with the first text that is no space. */
+    if (scan->awaits_text && !scan->skipped && scan->current) {
+        int space = 0;
+        while (space < length && (text[space] == ' ' || (text[space] >= '\t' && text[space] <= '\r')))
+            space++;
+        if (space == length)
+            return;
+        scan->current->offset = (uint64_t)XML_GetCurrentByteIndex(scan->parser);
+        scan->awaits_text = false;
+    }
     if (*scan->field && (size_t)length < sizeof scan->content - used) {
         memcpy(scan->content + used, text, (size_t)length);
         scan->content[used + (size_t)length] = '\0';

@@ -52,6 +52,18 @@ static void unpack_bits(unsigned char *bytes, size_t count)
         bytes[i] = bytes[i / 8] >> (7 - i % 8) & 1;
 }
 
+/* Colours from 0 to 1, as the bytes that they were. */
+static bool read_colours(struct pel_vtk_header *h, unsigned char *out, size_t count)
+{
+    for (size_t i = 0; i < count; i++) {
+        float value;
+        if (!pel_text_numbers(h->text, PEL_F32, 1, &value))
+            return false;
+        out[i] = value >= 1 ? 255 : value > 0 ? (unsigned char)(value * 255 + 0.5f) : 0;
+    }
+    return true;
+}
+
 /* The chosen array's numbers; the text stands at their beginning. */
 static bool read_samples(struct pel_vtk_header *h, const struct pel_vtk_array *array, struct pel_volume *volume)
 {
@@ -70,6 +82,8 @@ static bool read_samples(struct pel_vtk_header *h, const struct pel_vtk_array *a
         return pel_fail(h->error, PEL_ERROR_FORMAT, "the file ends in array '%s'", array->name);
     if (!pel_volume_allocate(volume, shape, type, array->components, h->error))
         return false;
+    if (!h->binary && array->unit)
+        return read_colours(h, volume->data, count);
     if (!h->binary)
         return pel_text_numbers(h->text, type, count, volume->data);
     if (!pel_text_bytes(h->text, volume->data, (size_t)stored))

@@ -12,6 +12,7 @@ struct pel_vtk_array {
     char name[128];
     int type;  /* enum pel_type or pel_file_type */
     bool bits; /* type u8, but stored as one bit a number, highest first, if the file is binary */
+    bool unit; /* type u8, but text has colours from 0 to 1 (COLOR_SCALARS in ASCII) */
     enum pel_vtk_kind kind;
     int components;
     bool cells;      /* of the cells, not of the points */

@@ -210,7 +210,9 @@ static bool read_attribute_line(struct pel_vtk_header *h, const char *keyword, s
     } else if (!strcasecmp(keyword, "COLOR_SCALARS")) {
         type = NULL;
         components = first;
-        array->type = h->binary ? PEL_U8 : PEL_F32;
+        array->kind = PEL_VTK_SCALARS; /* VTK writes all scalars of unsigned char so */
+        array->type = PEL_U8;
+        array->unit = !h->binary;
     } else if (!strcasecmp(keyword, "TEXTURE_COORDINATES")) {
         type = second;
         components = first;
@@ -248,7 +250,7 @@ static bool read_attribute(struct pel_vtk_header *h, const char *keyword)
     if (!read_attribute_line(h, keyword, &array))
         return false;
     /* "LOOKUP_TABLE name" follows PEL_VTK_SCALARS by the book, and is left out by some. */
-    if (array.kind == PEL_VTK_SCALARS && pel_text_starts(h->text, "LOOKUP_TABLE"))
+    if (array.kind == PEL_VTK_SCALARS && strcasecmp(keyword, "COLOR_SCALARS") && pel_text_starts(h->text, "LOOKUP_TABLE"))
         pel_text_line(h->text, word, sizeof word);
     return pass_array(h, &array, h->tuples, true) || pel_fail_in(h->error, "%s %s: ", keyword, array.name);
 }

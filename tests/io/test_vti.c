@@ -142,9 +142,11 @@ static size_t write_vti(const char *path, const struct layout *layout, const cha
         n += (size_t)sprintf(file + n, "<DataArray type=\"Float64\" Name=\"%c\" format=\"%s\" offset=\"%zu\">\n", "pq"[k],
                              formats[layout->encoding], k ? np : 0);
         if (!appended) {
-            n += (size_t)sprintf(file + n, "<InformationKey name='x' location='y'><Value index='0'>5</Value></InformationKey>\n  ");
+            const char *key = "<InformationKey name='x' location='y'><Value index='0'>5</Value></InformationKey>\n  ";
+            n += (size_t)sprintf(file + n, "  %s", k ? key : "");
             memcpy(file + n, k ? q : p, k ? nq : np);
             n += k ? nq : np;
+            n += (size_t)sprintf(file + n, "%s", k ? "" : key);
         }
         n += (size_t)sprintf(file + n, "\n</DataArray>\n");
     }
@@ -186,7 +188,7 @@ static void all_encodings(void **state)
         expect_samples(scratch("e.vti"), NULL, 101); /* the active one */
         /* q stands last: nothing of it may be missing, and after it there is only the end of the XML */
         size_t tail = layout.encoding >= RAW ? strlen("\n</AppendedData></VTKFile>\n") : strlen("\n</DataArray>\n");
-        if (layout.encoding >= RAW)
+        if (layout.encoding >= RAW && layout.big_endian == layout.wide)
             expect_truncations_fail(scratch("e.vti"), scratch("cut.vti"), size - tail);
         unsigned char *bytes = read_file(scratch("e.vti"), &size);
         write_gzip(scratch("e.vti.gz"), bytes, size);

@@ -75,7 +75,8 @@ static const char everything[] = HEAD("ASCII")
     "LOOKUP_TABLE colours 2\n0 0 0 1 1 1 1 1\n"
     "FIELD more 3\nf1 1 8 unsigned_int\n1 2 3 4 5 6 7 4000000000\nMETADATA\nCOMPONENT_NAMES\nx\n\nshort 1 3 int\n1 2 3\nf2 2 8 char\n"
     "1 -2 3 -4 5 -6 7 -8 9 -10 11 -12 13 -14 15 -16\n"
-    "SCALARS last unsigned_char 3\nLOOKUP_TABLE colours\n1 2 3 4 5 6 7 8 9 10 11 12 13 14 15 16 17 18 19 20 21 22 23 24\n";
+    "SCALARS last unsigned_char 3\nLOOKUP_TABLE colours\n1 2 3 4 5 6 7 8 9 10 11 12 13 14 15 16 17 18 19 20 21 22 23 24\n"
+    "SCALARS one char\nLOOKUP_TABLE colours\n1 2 3 4 5 6 7 8\n";
 
 static void all_attributes(void **state)
 {
@@ -84,14 +85,13 @@ static void all_attributes(void **state)
     struct pel_volume v;
     write_text(scratch("all.vtk"), everything);
     read_ok(scratch("all.vtk"), &v, &info);
-    assert_string_equal(v.name, "last"); /* scalars come first, even if they stand last */
-    assert_int_equal(v.components, 3);
-    assert_int_equal(((uint8_t *)v.data)[23], 24);
+    assert_string_equal(v.name, "one"); /* scalars of one component come first, even if they stand last */
+    assert_int_equal(((int8_t *)v.data)[7], 8);
     pel_volume_finish(&v);
-    static const char *const names[] = { "n", "t", "uv", "rgba", "v", "f1", "f2", "last" };
-    static const int components[] = { 3, 9, 2, 4, 3, 1, 2, 3 };
-    assert_int_equal(info.array_count, 8);
-    for (int i = 0; i < 8; i++) {
+    static const char *const names[] = { "n", "t", "uv", "rgba", "v", "f1", "f2", "last", "one" };
+    static const int components[] = { 3, 9, 2, 4, 3, 1, 2, 3, 1 };
+    assert_int_equal(info.array_count, 9);
+    for (int i = 0; i < 9; i++) {
         assert_string_equal(info.arrays[i].name, names[i]);
         assert_int_equal(info.arrays[i].components, components[i]);
     }
@@ -103,6 +103,9 @@ static void all_attributes(void **state)
     pel_volume_finish(&v);
     read_array(scratch("all.vtk"), "v", &v);
     assert_true(((double *)v.data)[23] == 4);
+    pel_volume_finish(&v);
+    read_array(scratch("all.vtk"), "rgba", &v);
+    assert_memory_equal((uint8_t *)v.data + 24, "\0\0\0\377\0\0\0\200", 8);
     pel_volume_finish(&v);
     struct pel_read_params params = PEL_READ_PARAMS_INIT;
     struct pel_error error = PEL_ERROR_INIT;
