@@ -210,6 +210,7 @@ bool pel_classify(struct pel_classification_state *state, const struct pel_scene
     const struct pel_transfer_table *t = &state->table;
     double per_value = (double)(t->count - 1) / (t->hi - t->lo);
     job->table_last = (int32_t)(t->count - 1);
+    per_value = fmin(per_value, 1e30 / raw.scale); /* finite in float, however narrow the curves' interval */
     job->table_scale = (float)(per_value * raw.scale);
     job->table_offset = (float)((raw.offset - t->lo) * per_value + 0.5);
     job->opacity = t->opacity;

@@ -231,10 +231,12 @@ PEL_INLINE vf fetch_nearest(const struct pel_job *job, vi x, vi y, vi z)
     return job->has_void_value ? voids_to_nan(job, raw) : raw;
 }
 
-/* Gradient in raw units a voxel; NaN near voids. */
+/* Gradient in parts of the volume's range a voxel, so that its square neither vanishes nor overflows; NaN near voids. */
 PEL_INLINE void fetch_gradient(const struct pel_job *job, const struct spot *s, vf g[3])
 {
     fetch_gradient_raw(job, s, g);
+    for (int a = 0; a < 3; a++)
+        g[a] *= job->gradient_scale;
     if (__builtin_expect(job->has_void_value, 0)) {
         vi bad = vi_set(0);
         for (int a = 0; a < 6; a++)

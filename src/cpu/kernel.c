@@ -114,7 +114,7 @@ PEL_INLINE void composite(const struct pel_job *job, struct packet *r, bool shad
 {
     struct gathered sum = gathered_none();
     vi alive = r->n > 0;
-    int end = vi_most(r->n), look = 0, span_end = r->spans ? 0 : end, partial = vi_least(vi_select(alive, r->n, vi_set(INT32_MAX))) - 1;
+    int end = vi_most(r->n), look = 0, span_end = job->spans ? 0 : end, partial = vi_least(vi_select(alive, r->n, vi_set(INT32_MAX))) - 1;
     bool pre = general && job->classification == PEL_CLASSIFICATION_PRE && !job->nearest;
     for (int k = 0; k < end; k++) {
         if (k >= span_end) {
@@ -189,21 +189,42 @@ PEL_INLINE vf end_at(const struct packet *r, int k)
     return vf_min(vf_set((float)k), vi_to_vf(r->n - 1) + r->fraction);
 }
 
-/* Pre-integrated segments: mean extinction and colour between two values, from integrals over the transfer function's entries (docs/optics.md). Gives the alpha and
- * colour of `length` steps. */
-PEL_INLINE vf pre_integrate(const struct pel_job *job, vf front, vf back, vf length, vf color[3])
+/* The integrals of extinction and of extinction times colour up to a value (docs/optics.md), in table entries: the sum at the nearest entry, and on from there with its
+ * extinction, also beyond the table's ends, where the curves are constant. */
+struct integral {
+    vf value; /* NaN for a void */
+    vf entry, tau, sum, color[3], color_sum[3];
+};
+
+PEL_INLINE struct integral integral_to(const struct pel_job *job, vf raw)
 {
-    vi f = table_entry(job, front), b = table_entry(job, back);
-    vi same = f == b;
-    vf span = vi_to_vf(vi_select(same, vi_set(1), b - f));
-    vf tau = (vf_gather(job->sum_tau, b) - vf_gather(job->sum_tau, f)) / span;
-    tau = vf_max(vf_select(same, vf_gather(job->tau, f), tau), vf_set(0));
-    vf alpha = 1 - vf_exp(-tau * length);
-    vf scale = alpha / vf_select(tau > 0, tau * span, vf_set(1));
+    struct integral t;
+    vi i = table_entry(job, raw);
+    t.value = raw;
+    t.entry = raw * job->table_scale + (job->table_offset - 0.5f);
+    t.tau = vf_gather(job->tau, i);
+    vf beyond = (t.entry - vi_to_vf(i)) * t.tau;
+    t.sum = vf_gather(job->sum_tau, i) + beyond;
     const float *sums[3] = { job->sum_red, job->sum_green, job->sum_blue }, *points[3] = { job->red, job->green, job->blue };
     for (int c = 0; c < 3; c++) {
-        vf mean = (vf_gather(sums[c], b) - vf_gather(sums[c], f)) * scale;
-        color[c] = vf_max(vf_min(vf_select(same, alpha * vf_gather(points[c], f), mean), alpha), vf_set(0));
+        t.color[c] = vf_gather(points[c], i);
+        t.color_sum[c] = vf_gather(sums[c], i) + beyond * t.color[c];
+    }
+    return t;
+}
+
+/* Alpha and opacity-weighted colour of `length` steps between two values: mean extinction and mean colour; at one value where the two are the same. */
+PEL_INLINE vf pre_integrate(const struct integral *front, const struct integral *back, vf length, vf color[3])
+{
+    vf span = back->entry - front->entry;
+    vi same = vf_abs(span) < 0.25f;
+    vf mean = (back->sum - front->sum) / vf_select(same, vf_set(1), span);
+    vf tau = vf_max(vf_select(same, front->tau, mean), vf_set(0));
+    vf alpha = 1 - vf_exp(-tau * length);
+    vf scale = alpha / vf_select(tau > 0, tau * span, vf_set(1));
+    for (int c = 0; c < 3; c++) {
+        vf mixed = (back->color_sum[c] - front->color_sum[c]) * scale;
+        color[c] = vf_max(vf_min(vf_select(same, alpha * front->color[c], mixed), alpha), vf_set(0));
     }
     return alpha;
 }
@@ -212,8 +233,8 @@ PEL_INLINE void preintegrated(const struct pel_job *job, struct packet *r, struc
 {
     struct gathered sum = gathered_none();
     vi alive = r->n > 0;
-    int end = vi_most(r->n), look = 0, span_end = r->spans ? 0 : end;
-    vf front = vf_set(0);
+    int end = vi_most(r->n), look = 0, span_end = job->spans ? 0 : end;
+    struct integral front = integral_to(job, vf_set(0));
     bool have_front = false;
     for (int k = 0; k < end; k++) {
         if (k >= span_end) {
@@ -236,15 +257,16 @@ PEL_INLINE void preintegrated(const struct pel_job *job, struct packet *r, struc
         }
         counts->taken += (unsigned)lanes(live);
         if (!have_front)
-            front = fetch_linear(job, &s);
+            front = integral_to(job, fetch_linear(job, &s));
         struct spot e = packet_spot(job, r, end_at(r, k + 1));
-        vf back = fetch_linear(job, &e), color[3], length = vf_select(r->n == k + 1, r->fraction, vf_set(1));
-        vf alpha = pre_integrate(job, front, back, length, color);
-        alpha = vf_select(live & (front == front) & (back == back), alpha, vf_set(0));
+        struct integral back = integral_to(job, fetch_linear(job, &e));
+        vf color[3], length = vf_select(r->n == k + 1, r->fraction, vf_set(1));
+        vf alpha = pre_integrate(&front, &back, length, color);
+        alpha = vf_select(live & (front.value == front.value) & (back.value == back.value), alpha, vf_set(0));
         front = back;
         have_front = true;
         if (vi_any(alpha > 0)) {
-            vf at = (float)k + 0.5f * length;
+            vf at = vf_min((float)k + 0.5f * length, end_at(r, k + 1)); /* lanes that have ended stay inside the volume */
             if (job->shade) {
                 vf g[3];
                 struct spot m = packet_spot(job, r, at);
@@ -316,7 +338,7 @@ PEL_INLINE void extreme(const struct pel_job *job, struct packet *r, float sign,
     float worst = sign > 0 ? job->least_raw : -job->most_raw, ideal = sign > 0 ? job->most_raw : -job->least_raw;
     vf best = vf_set(job->voids ? -INFINITY : worst), depth = job->voids ? vf_set(-1) : packet_at(r, 0);
     vi alive = r->n > 0;
-    int end = vi_most(r->n), look = 0, look_block = 0, span_end = r->spans ? 0 : end;
+    int end = vi_most(r->n), look = 0, look_block = 0, span_end = job->spans ? 0 : end;
     for (int k = 0; k < end;) {
         if (k >= span_end) {
             k = packet_next_span(job, r, k, &span_end);
@@ -364,7 +386,7 @@ PEL_INLINE void extreme(const struct pel_job *job, struct packet *r, float sign,
 PEL_INLINE void sum_up(const struct pel_job *job, struct packet *r, bool xray, struct pel_counts *counts)
 {
     vf total = vf_set(0), weight = vf_set(0), lost = vf_set(0), lost_weight = vf_set(0);
-    int end = vi_most(r->n), look = 0, span_end = r->spans ? 0 : end;
+    int end = vi_most(r->n), look = 0, span_end = job->spans ? 0 : end;
     for (int k = 0; k < end; k++) {
         if (k >= span_end) {
             k = packet_next_span(job, r, k, &span_end);
@@ -464,7 +486,7 @@ PEL_INLINE void isosurface(const struct pel_job *job, struct packet *r, struct p
     p.lanes = vi_set(0);
     p.from = p.to = p.front = p.back = p.iso = p.alpha = p.color[0] = p.color[1] = p.color[2] = vf_set(0);
     vi alive = r->n > 0;
-    int end = vi_most(r->n), look = 0, span_end = r->spans ? 0 : end;
+    int end = vi_most(r->n), look = 0, span_end = job->spans ? 0 : end;
     vf front = vf_set(0), first = vf_set(-1);
     bool have_front = false;
     for (int k = 0; k < end; k++) {
@@ -550,34 +572,33 @@ PEL_INLINE void slice(const struct pel_job *job, const struct packet *r, struct 
     store_value(job, r, raw, meets & (raw == raw), place);
 }
 
-/* A tile: its packets in rows. */
-#define TILE(NAME, DRAW)                                                                                          \
-    static void NAME(const struct pel_job *job, int x0, int y0, int x1, int y1, struct pel_counts *counts)        \
-    {                                                                                                             \
-        for (int y = y0; y < y1; y += PACKET_HEIGHT)                                                              \
-            for (int x = x0; x < x1; x += PACKET_WIDTH) {                                                         \
-                struct packet r;                                                                                  \
-                if (job->spans && !(r.spans = job->spans[(y >> 2) * job->span_columns + (x >> 2)])) {             \
-                    counts->culled += W;                                                                          \
-                    continue;                                                                                     \
-                }                                                                                                 \
-                if (!job->spans)                                                                                  \
-                    r.spans = 0;                                                                                  \
-                if (!packet_init(job, x, y, x1, y1, &r))                                                          \
-                    continue;                                                                                     \
-                for (int i = 0; i < W; i++)                                                                       \
-                    counts->in_box += (unsigned)r.n[i];                                                           \
-                DRAW;                                                                                             \
-            }                                                                                                     \
+/* A tile: its packets in rows. Where CULL holds, a packet in whose pixels nothing may be seen stays as it is: empty. */
+#define TILE(NAME, DRAW, CULL)                                                                              \
+    static void NAME(const struct pel_job *job, int x0, int y0, int x1, int y1, struct pel_counts *counts)  \
+    {                                                                                                       \
+        for (int y = y0; y < y1; y += PACKET_HEIGHT)                                                        \
+            for (int x = x0; x < x1; x += PACKET_WIDTH) {                                                   \
+                struct packet r;                                                                            \
+                r.spans = packet_spans(job, x, y);                                                          \
+                if ((CULL) && job->spans && !r.spans) {                                                     \
+                    counts->culled += W;                                                                    \
+                    continue;                                                                               \
+                }                                                                                           \
+                if (!packet_init(job, x, y, x1, y1, &r))                                                    \
+                    continue;                                                                               \
+                for (int i = 0; i < W; i++)                                                                 \
+                    counts->in_box += (unsigned)r.n[i];                                                     \
+                DRAW;                                                                                       \
+            }                                                                                               \
     }
 
-TILE(tile_composite, composite(job, &r, false, false, counts))
-TILE(tile_composite_shaded, composite(job, &r, true, false, counts))
-TILE(tile_composite_general, composite(job, &r, job->shade, true, counts))
-TILE(tile_preintegrated, preintegrated(job, &r, counts))
-TILE(tile_projection, projection(job, &r, counts))
-TILE(tile_isosurface, isosurface(job, &r, counts))
-TILE(tile_slice, slice(job, &r, counts))
+TILE(tile_composite, composite(job, &r, false, false, counts), true)
+TILE(tile_composite_shaded, composite(job, &r, true, false, counts), true)
+TILE(tile_composite_general, composite(job, &r, job->shade, true, counts), true)
+TILE(tile_preintegrated, preintegrated(job, &r, counts), true)
+TILE(tile_projection, projection(job, &r, counts), job->mode == PEL_MODE_XRAY)
+TILE(tile_isosurface, isosurface(job, &r, counts), true)
+TILE(tile_slice, slice(job, &r, counts), false)
 
 extern const struct pel_kernels PEL_KERNELS;
 const struct pel_kernels PEL_KERNELS = {

@@ -19,6 +19,8 @@
  *   WIDE u32, i32, f64; raw is 0..1 over the volume's range, subtracted in double so that nothing is lost to float */
 enum pel_kernel_kind { PEL_KERNEL_U8, PEL_KERNEL_U16, PEL_KERNEL_F32, PEL_KERNEL_WIDE, PEL_KERNEL_KINDS };
 
+#define PEL_SPAN_SHIFT 2 /* pixels a block of the span masks, as a power of two */
+
 struct pel_job {
     /* The picture. */
     int width, height;
@@ -43,6 +45,7 @@ struct pel_job {
     int32_t flip;                    /* exclusive or of a 32-bit fetch: the sign bits */
     double wide_offset, wide_scale;  /* WIDE: raw = (v - offset) * scale */
     bool voids, has_void_value;      /* some voxel is void; some of them by value */
+    float gradient_scale;            /* 1 / the volume's range, raw */
     float void_raw;                  /* fetched value of the void value, before interpolation */
     double void_value;
 

@@ -120,6 +120,12 @@ __attribute__((noinline, unused)) static bool packet_init(const struct pel_job *
     return true;
 }
 
+/* Depth slabs in which something may be seen in the pixels of the packet at (x, y). */
+PEL_INLINE uint64_t packet_spans(const struct pel_job *job, int x, int y)
+{
+    return job->spans ? job->spans[(size_t)(y >> PEL_SPAN_SHIFT) * (size_t)job->span_columns + (size_t)(x >> PEL_SPAN_SHIFT)] : 0;
+}
+
 /* The place of a ray parameter, in steps from the entry. */
 PEL_INLINE struct spot packet_spot(const struct pel_job *job, const struct packet *r, vf at)
 {
@@ -181,7 +187,7 @@ __attribute__((noinline, unused)) static void packet_store(const struct pel_job 
         size_t at = (size_t)y * job->width + x;
         float *to = job->rgba + at * 4;
         to[0] = red[i], to[1] = green[i], to[2] = blue[i], to[3] = alpha[i];
-        if (job->depth && depth[i] >= 0)
+        if (job->depth && depth[i] >= 0 && alpha[i] > 0)
             job->depth[at] = (float)(r->t_entry[i] + (double)depth[i] * job->step);
     }
 }

@@ -117,6 +117,8 @@ static void describe_voxels(struct pel_raycaster *rc)
         job->wide_offset = rc->raw.offset;
         job->wide_scale = 1 / rc->raw.scale;
     }
+    double range = (hi - lo) / rc->raw.scale;
+    job->gradient_scale = range > 0 && isfinite(range) ? (float)fmin(1 / range, 1e30) : 1;
     job->voids = rc->minmax.has_voids;
     job->has_void_value = rc->minmax.has_voids && v->has_void && !isnan(v->void_value);
     job->void_value = v->void_value;

@@ -7,8 +7,6 @@
 
 #include "kernel.h"
 
-#define PEL_SPAN_SHIFT 2 /* pixels a block, as a power of two */
-
 struct pel_spans {
     uint64_t *masks; /* owned; a word a block */
     size_t count;

@@ -55,9 +55,9 @@ static void choose_interval(const struct pel_transfer *transfer, double data_lo,
     /* Where a curve jumps at its end, the entry beyond must be on the far side of the jump. */
     double margin = (*hi - *lo) / (LEAST_COUNT / 2);
     bool pad_lo = jump_lo && curve_lo >= a, pad_hi = jump_hi && curve_hi <= b;
-    double least = fmax(fabs(*lo), fabs(*hi)) * 1e-6;
+    double least = fmax(fmax(fabs(*lo), fabs(*hi)), b / 2 - a / 2) * 1e-6;
     if (!(margin > fmax(DBL_MIN * LEAST_COUNT, least * 1e-6))) {
-        margin = fmax(least, 1e-300);
+        margin = least > 1e-290 ? least : 1e-290;
         pad_lo = pad_hi = true;
     }
     *lo -= pad_lo ? margin : 0;
