@@ -161,6 +161,17 @@ static bool save_scene(const struct values *values, const struct arguments *argu
     return pel_write_scene(values->save_scene, &loaded->scene, error) || tool_fail_in(error, values->save_scene);
 }
 
+/* A picture of nothing is no error, but seldom what was meant. */
+static void tell_if_empty(const struct values *values, const struct pel_image *image)
+{
+    size_t count = (size_t)image->width * (size_t)image->height;
+    for (size_t i = 0; i < count; i++)
+        if (image->rgba[4 * i + 3] > 0)
+            return;
+    if (!values->scene.quiet)
+        tool_note("there is nothing to be seen in the picture; look at the opacities, isovalues, clipping or the camera");
+}
+
 static bool draw(const struct values *values, const struct arguments *arguments, struct loaded_scene *loaded, struct progress *progress,
                  struct pel_error *error)
 {
@@ -189,6 +200,7 @@ static bool draw(const struct values *values, const struct arguments *arguments,
             goto cleanup;
     }
     progress_end(progress);
+    tell_if_empty(values, &image);
     fine = print_stats(values, renderer, loaded, error);
 cleanup:
     progress_end(progress);

@@ -64,7 +64,7 @@ static bool set_colormap(struct pel_transfer *transfer, const char *text, const 
     const char *ending = strrchr(path, '.');
     if (!ending || (strcmp(ending, ".json") != 0 && strcmp(ending, ".xml") != 0))
         return pel_transfer_set_colormap(transfer, text, range[0], range[1], error);
-    return pel_read_transfer(path, preset, range[0], range[1], transfer, error) || tool_fail_in(error, path);
+    return pel_read_transfer(path, preset && *preset ? preset : NULL, range[0], range[1], transfer, error) || tool_fail_in(error, path);
 }
 
 /* The automatic transfer function, where a part of it is wanted; parts that a scene file said are kept. */
@@ -106,9 +106,9 @@ bool scene_set_transfer(struct loaded_scene *loaded, const struct arguments *arg
     if (!(whole[0] < whole[1])) /* one value, or none at all */
         whole[1] = (whole[0] = isfinite(whole[0]) ? whole[0] : 0) + 1;
     if (map && !set_colormap(transfer, values->colormap, range ? values->range : whole, error))
-        return false;
+        return tool_fail_in(error, "--colormap");
     if (curve && !pel_transfer_parse_opacity(transfer, values->opacity, error))
-        return false;
+        return tool_fail_in(error, "--opacity");
     if (arguments_given(arguments, "unit-distance"))
         transfer->unit_distance = values->unit_distance;
     return true;

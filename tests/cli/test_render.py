@@ -130,6 +130,11 @@ with Folder() as folder:
     result = fine("a field", "render", field, "-o", one, "--size", "20")
     check("magnitude" in result.err and result.err.startswith("pellucid: note: "), "a note tells of the magnitude", result)
     check(not run("render", field, "-o", one, "--size", "20", "--quiet").err, "--quiet silences it")
+    result = fine("an isovalue beyond the data", *base, "-o", one, "--isovalue", "1e6")
+    check("nothing to be seen" in result.err and colours(one) == 1, "a note tells of an empty picture", result)
+    fails("no such colour map", 2, "viridis", *base, "-o", folder / "no.png", "--colormap", "viridi")
+    fails("an opacity of 4", 2, "--opacity", *base, "-o", folder / "no.png", "--opacity", "1:4")
+    fails("a colour map file that is not there", 1, "nofile.json", *base, "-o", folder / "no.png", "--colormap", "nofile.json")
     # Nothing to see, and strange values, are no reason to fall.
     for name, values in {"constant": [5.0] * 64, "NaN": [float("nan")] * 64, "infinite": [float("inf")] * 64, "mixed": [float("nan"), float("inf"), 1, -1e38] * 16}.items():
         strange = nrrd(folder / "x.nrrd", [4, 4, 4], "f", values)
