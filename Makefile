@@ -35,7 +35,8 @@ fuzz: ## run every fuzz target for FUZZ_SECONDS (600) each
 
 install: all ## install under PREFIX (/usr/local), staged in DESTDIR
 	@meson configure "$(BUILD)" --prefix "$(PREFIX)"
-	@DESTDIR="$(DESTDIR)" meson install -C "$(BUILD)"
+	@DESTDIR="$(DESTDIR)" meson install -C "$(BUILD)" --quiet
+	@[ -n "$(DESTDIR)" ] || ldconfig 2>/dev/null || true
 
 clean: ## remove what the targets above made
 	rm -rf "$(BUILD)" "$(BUILD)-asan" "$(BUILD)-fuzz" demo bench/data
