@@ -99,9 +99,12 @@ bool pel_dicom_decode(const char *syntax, const struct pel_dicom_pixels *pixels,
     enum kind kind = find_kind(syntax);
     struct told told;
     char why[PEL_DICOM_WHY] = "";
-    struct pel_dicom_frame_shape shape = { pixels->columns, pixels->rows, (unsigned)pixels->samples, (unsigned)pixels->allocated / 8 };
+    struct pel_dicom_frame_shape shape = { pixels->columns, pixels->rows, (unsigned)pixels->samples, (unsigned)pixels->allocated / 8,
+        pixels->samples == 3 && !strncmp(pixels->photometric, "YBR_FULL", 8) };
     if (kind == UNKNOWN)
         return pel_fail(error, PEL_ERROR_UNSUPPORTED, "transfer syntax %s is not read; convert it, for example with gdcmconv --raw", syntax);
+    if (shape.luma && kind != JPEG)
+        return pel_fail(error, PEL_ERROR_UNSUPPORTED, "colours as %s are not read; convert them to RGB", pixels->photometric);
     if (!(kind == JPEG_2000 ? read_jpeg2000 : read_jpeg)(bytes, size, &told))
         return pel_fail(error, PEL_ERROR_FORMAT, "the compressed pixels do not begin as they should");
     if (told.columns != shape.columns || told.rows != shape.rows || told.samples != pixels->samples || shape.bytes > 2 ||

@@ -12,6 +12,7 @@
 /* What is to come out. */
 struct pel_dicom_frame_shape {
     unsigned columns, rows, samples, bytes;
+    bool luma; /* colours are stored as brightness and two differences, and are to come out as RGB (JPEG only) */
 };
 
 /* JPEG of every kind that DICOM has: baseline and extended (8 and 12 bits) and lossless (2 to 16 bits). libgdcmjpeg comes compiled for three widths. */

@@ -60,7 +60,9 @@ static void decode(struct jpeg_decompress_struct *jpeg, const struct pel_dicom_f
 {
     size_t width = (size_t)shape->columns * shape->samples;
     jpeg_read_header(jpeg, TRUE);
-    jpeg->out_color_space = jpeg->jpeg_color_space; /* numbers as they are stored */
+    if (shape->luma)
+        jpeg->jpeg_color_space = JCS_YCbCr;
+    jpeg->out_color_space = shape->luma ? JCS_RGB : jpeg->jpeg_color_space; /* else numbers as they are stored */
     jpeg_start_decompress(jpeg);
     if (jpeg->output_width != shape->columns || jpeg->output_height != shape->rows || (unsigned)jpeg->output_components != shape->samples)
         on_exit_error((j_common_ptr)jpeg);

@@ -19,7 +19,7 @@ size_t pel_dicom_frame_bytes(const struct pel_dicom_pixels *p)
     return (size_t)p->rows * p->columns * (size_t)p->samples * (size_t)(p->allocated / 8); /* 2^16 * 2^16 * 4 * 8 at most */
 }
 
-static bool check_kind(const struct pel_dicom_pixels *p, struct pel_error *error)
+static bool check_kind(const struct pel_dicom_pixels *p, bool encapsulated, struct pel_error *error)
 {
     int a = p->allocated;
     if (!p->rows || !p->columns)
@@ -30,7 +30,8 @@ static bool check_kind(const struct pel_dicom_pixels *p, struct pel_error *error
         return pel_fail(error, PEL_ERROR_FORMAT, "%d bits stored up to bit %d do not fit into %d", p->stored, p->high_bit, a);
     if (p->samples != 1 && p->samples != 3)
         return pel_fail(error, PEL_ERROR_UNSUPPORTED, "%d numbers a pixel are not read; 1 and 3 are", p->samples);
-    if (p->samples == 3 && strcmp(p->photometric, "RGB") && strcmp(p->photometric, "YBR_RCT") && strcmp(p->photometric, "YBR_ICT"))
+    bool jpeg = encapsulated && !strncmp(p->photometric, "YBR_FULL", 8); /* turned into RGB where it is unpacked */
+    if (p->samples == 3 && strcmp(p->photometric, "RGB") && strcmp(p->photometric, "YBR_RCT") && strcmp(p->photometric, "YBR_ICT") && !jpeg)
         return pel_fail(error, PEL_ERROR_UNSUPPORTED, "colours as %s are not read; convert them to RGB", p->photometric);
     return true;
 }
@@ -40,7 +41,7 @@ bool pel_dicom_file_check(const struct pel_dicom_file *file, struct pel_error *e
     const struct pel_dicom_pixels *p = &file->pixels;
     if (!file->has_pixels)
         return pel_fail(error, PEL_ERROR_UNSUPPORTED, "has no pixels: it is no image");
-    if (!check_kind(p, error))
+    if (!check_kind(p, file->encapsulated, error))
         return false;
     size_t bytes = pel_dicom_frame_bytes(p), all, most;
     if (file->encapsulated && p->is_float)
@@ -141,6 +142,8 @@ static bool read_encapsulated(const struct pel_dicom_file *f, FILE *stream, uint
     }
     if (ok && size / RATIO > packed)
         ok = pel_fail(error, PEL_ERROR_FORMAT, "%zu bytes of pixels cannot be in %zu", size, packed);
+    if (ok && !strcmp(f->syntax, RLE) && !strncmp(f->pixels.photometric, "YBR", 3))
+        ok = pel_fail(error, PEL_ERROR_UNSUPPORTED, "colours as %s are not read; convert them to RGB", f->pixels.photometric);
     if (ok)
         ok = strcmp(f->syntax, RLE) ? pel_dicom_decode(f->syntax, &f->pixels, bytes, packed, out, size, error)
                                     : decode_rle(&f->pixels, bytes, packed, out, error);

@@ -406,12 +406,14 @@ static void enhanced(void **state)
 #include "dicom_streams.h"
 
 /* A file with `count` fragments of compressed pixels, which are also its frames. */
-static void write_compressed(const char *path, const char *syntax, int bits, int stored, const unsigned char *stream, size_t size, int count)
+static void write_compressed(const char *path, const char *syntax, int bits, int stored, const unsigned char *stream, size_t size, int count,
+                             const char *photometric)
 {
     static struct file f;
     char frames[16];
     snprintf(frames, sizeof frames, "%d", count);
-    struct slice s = { .syntax = syntax, .bits = bits, .stored = stored, .rows = 6, .columns = 8, .frames = frames, STANDARD };
+    struct slice s = { .syntax = syntax, .bits = bits, .stored = stored, .rows = 6, .columns = 8, .frames = frames, STANDARD,
+                       .photometric = photometric, .samples = photometric ? 3 : 1 };
     begin(&f, &s);
     put_tag(&f, 0x7fe00010, "OB", 0xffffffff);
     put_tag(&f, 0xfffee000, NULL, 0);
@@ -443,7 +445,7 @@ static void compressed(void **state)
     };
     for (size_t i = 0; i < sizeof streams / sizeof *streams; i++) {
         struct pel_volume v;
-        write_compressed(scratch("j.dcm"), streams[i].syntax, streams[i].bits, streams[i].stored, streams[i].bytes, streams[i].size, 2);
+        write_compressed(scratch("j.dcm"), streams[i].syntax, streams[i].bits, streams[i].stored, streams[i].bytes, streams[i].size, 2, NULL);
         read_ok(scratch("j.dcm"), &v, NULL);
         for (int z = 0; z < 2; z++)
             for (int y = 0; y < 6; y++)
@@ -455,14 +457,23 @@ static void compressed(void **state)
                 }
         pel_volume_finish(&v);
         /* cut short, as an unfinished download is */
-        write_compressed(scratch("bad.dcm"), streams[i].syntax, streams[i].bits, streams[i].stored, streams[i].bytes, streams[i].size / 2, 1);
+        write_compressed(scratch("bad.dcm"), streams[i].syntax, streams[i].bits, streams[i].stored, streams[i].bytes, streams[i].size / 2, 1, NULL);
         read_bad(scratch("bad.dcm"), NULL);
-        write_compressed(scratch("bad.dcm"), streams[i].syntax, streams[i].bits, streams[i].stored, streams[i].bytes, 3, 1);
+        write_compressed(scratch("bad.dcm"), streams[i].syntax, streams[i].bits, streams[i].stored, streams[i].bytes, 3, 1, NULL);
         read_bad(scratch("bad.dcm"), NULL);
-        write_compressed(scratch("bad.dcm"), streams[i].syntax, 32, streams[i].stored, streams[i].bytes, streams[i].size, 1);
+        write_compressed(scratch("bad.dcm"), streams[i].syntax, 32, streams[i].stored, streams[i].bytes, streams[i].size, 1, NULL);
         read_bad(scratch("bad.dcm"), NULL);
     }
-    write_compressed(scratch("bad.dcm"), "1.2.840.10008.1.2.4.102", 8, 8, baseline, sizeof baseline, 1);
+    struct pel_volume v;
+    write_compressed(scratch("c.dcm"), "1.2.840.10008.1.2.4.50", 8, 8, colour, sizeof colour, 1, "YBR_FULL_422");
+    read_ok(scratch("c.dcm"), &v, NULL);
+    for (size_t i = 0; i < 48; i++)
+        for (int c = 0; c < 3; c++)
+            assert_float_equal(pel_volume_get(&v, i % 8, i / 8, 0, c), c == 0 ? 200 - 4 * (double)(i / 8) : c == 1 ? 90 : 30, 3);
+    pel_volume_finish(&v);
+    write_compressed(scratch("bad.dcm"), "1.2.840.10008.1.2.4.80", 8, 8, colour, sizeof colour, 1, "YBR_FULL");
+    expect_bad(scratch("bad.dcm"), "YBR_FULL");
+    write_compressed(scratch("bad.dcm"), "1.2.840.10008.1.2.4.102", 8, 8, baseline, sizeof baseline, 1, NULL);
     expect_bad(scratch("bad.dcm"), "1.2.840.10008.1.2.4.102");
 }
 
@@ -473,7 +484,7 @@ static void run_lengths(void **state)
     static const unsigned char good[] = { 2, 0, 0, 0, 64, 0, 0, 0, 75, 0, 0, 0, [64] = 217, 1, 7, 2, 2, 2, 2, 2, 2, 2, 2, 210, 5, 0, 6 };
     struct pel_volume v;
     unsigned char bad[sizeof good];
-    write_compressed(scratch("r.dcm"), RLE, 16, 16, good, sizeof good, 1);
+    write_compressed(scratch("r.dcm"), RLE, 16, 16, good, sizeof good, 1, NULL);
     read_ok(scratch("r.dcm"), &v, NULL);
     for (size_t i = 0; i < 48; i++)
         assert_true(pel_volume_get(&v, i % 8, i / 8, 0, 0) == (i < 40 ? 256 : 512) + (i < 47 ? 5 : 6));
@@ -483,7 +494,7 @@ static void run_lengths(void **state)
             continue;
         memcpy(bad, good, sizeof bad);
         bad[i] ^= 0x55;
-        write_compressed(scratch("bad.dcm"), RLE, 16, 16, bad, sizeof bad, 1);
+        write_compressed(scratch("bad.dcm"), RLE, 16, 16, bad, sizeof bad, 1, NULL);
         read_bad(scratch("bad.dcm"), NULL);
     }
 }
