@@ -2,8 +2,8 @@
 /* Transfer functions that show what is in a volume without being asked twice. survey.c says where the object's values lie; here they
  * get colours and opacities, by three rules:
  *   - background and noise are clear;
- *   - what is common is translucent and what is rare is dense (flesh hides bone, bone does not hide flesh), scaled to the object's size, so that
- *     a ray through the object is neither empty nor stopped at once;
+ *   - what is common is translucent and what is rare is dense (flesh hides bone, bone does not hide flesh), scaled to the object's size, so
+ *     that a ray through the object is neither empty nor stopped at once;
  *   - values that lie on boundaries (great mean gradient) are denser than those inside a material, so that surfaces show. */
 #include <pellucid/transfer.h>
 
@@ -66,13 +66,15 @@ static bool composite(struct pel_transfer *transfer, const struct pel_survey *s,
     case PEL_SURVEY_EMPTY: /* nothing to tell apart: a faint box */
         return pel_transfer_set_colormap(transfer, "gray", s->lo - 1, s->lo + 1, error) &&
                pel_transfer_set_opacities(transfer, points, 1, error);
-    case PEL_SURVEY_SIGNED: return composite_signed(transfer, s, error);
+    case PEL_SURVEY_SIGNED:
+        return composite_signed(transfer, s, error);
     case PEL_SURVEY_MATERIALS:
         object_opacities(s, points);
         return pel_transfer_set_colormap(transfer, "ct", s->threshold, s->top, error) &&
                pel_transfer_set_opacities(transfer, points, KNOTS, error);
     case PEL_SURVEY_FIELD:
-    case PEL_SURVEY_FULL: break;
+    case PEL_SURVEY_FULL:
+        break;
     }
     /* The map begins below the threshold, since its darkest colours would not be seen on a dark background, and ends before the few
      * greatest values, which would take most of it. */
@@ -171,11 +173,21 @@ bool pel_transfer_automatic(struct pel_transfer *transfer, const struct pel_volu
     } else {
         pel_survey_volume(volume, &survey);
         switch (purpose) {
-        case PEL_TRANSFER_COMPOSITE: ok = composite(transfer, &survey, error); break;
-        case PEL_TRANSFER_PROJECTION: ok = window(transfer, window_start(&survey), survey.top, error); break;
-        case PEL_TRANSFER_AVERAGE: ok = average(transfer, volume, &survey, error); break;
-        case PEL_TRANSFER_OPAQUE: ok = opaque(transfer, &survey, error); break;
-        case PEL_TRANSFER_XRAY: ok = xray(transfer, volume, &survey, error); break;
+        case PEL_TRANSFER_COMPOSITE:
+            ok = composite(transfer, &survey, error);
+            break;
+        case PEL_TRANSFER_PROJECTION:
+            ok = window(transfer, window_start(&survey), survey.top, error);
+            break;
+        case PEL_TRANSFER_AVERAGE:
+            ok = average(transfer, volume, &survey, error);
+            break;
+        case PEL_TRANSFER_OPAQUE:
+            ok = opaque(transfer, &survey, error);
+            break;
+        case PEL_TRANSFER_XRAY:
+            ok = xray(transfer, volume, &survey, error);
+            break;
         }
     }
     if (ok)

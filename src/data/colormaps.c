@@ -1,9 +1,10 @@
 /* SPDX-License-Identifier: MIT */
-/* Named colour maps as few points with straight lines between them: what a transfer function is made of anyway, so that a stretched map can be
- * edited point by point and takes no code of its own. The points of the published 256-entry maps were chosen as the fewest that keep every
- * entry within 0.004 (one step of an 8-bit picture). Sources: viridis, plasma, inferno, magma (Smith, van der Walt, Firing; CC0), cividis
- * (Nunez, Anderton, Renslow, PLoS ONE 2018), turbo (Mikhailov, Google, 2019), coolwarm (computed in Msh space as in Moreland, "Diverging Color
- * Maps for Scientific Visualization", 2009), bone, hot, copper and jet (their usual piecewise linear definitions), ct (ours: flesh to bone). */
+/* Named colour maps as few points with straight lines between them: what a transfer function is made of anyway, so that a stretched map can
+ * be edited point by point and takes no code of its own. The points of the published 256-entry maps were chosen as the fewest that keep
+ * every entry within 0.004 (one step of an 8-bit picture). Sources: viridis, plasma, inferno, magma (Smith, van der Walt, Firing; CC0),
+ * cividis (Nunez, Anderton, Renslow, PLoS ONE 2018), turbo (Mikhailov, Google, 2019), coolwarm (computed in Msh space as in Moreland,
+ * "Diverging Color Maps for Scientific Visualization", 2009), bone, hot, copper and jet (their usual piecewise linear definitions), ct
+ * (ours: flesh to bone). */
 #include "colormaps.h"
 
 #include <ctype.h>
@@ -107,12 +108,27 @@ static const struct pel_colormap_point ct[] = {
 };
 /* clang-format on */
 
-#define MAP(name, points) { name, sizeof points / sizeof *points, points }
+#define MAP(name, points)                                                                                                                  \
+    {                                                                                                                                      \
+        name, sizeof points / sizeof *points, points                                                                                       \
+    }
 
 static const struct pel_colormap maps[] = {
-    MAP("viridis", viridis), MAP("plasma", plasma), MAP("inferno", inferno), MAP("magma", magma), MAP("cividis", cividis),
-    MAP("turbo", turbo), MAP("gray", gray), MAP("coolwarm", coolwarm), MAP("blue-white-red", blue_white_red), MAP("bone", bone),
-    MAP("hot", hot), MAP("copper", copper), MAP("ct", ct), MAP("rainbow-desaturated", rainbow_desaturated), MAP("jet", jet),
+    MAP("viridis", viridis),
+    MAP("plasma", plasma),
+    MAP("inferno", inferno),
+    MAP("magma", magma),
+    MAP("cividis", cividis),
+    MAP("turbo", turbo),
+    MAP("gray", gray),
+    MAP("coolwarm", coolwarm),
+    MAP("blue-white-red", blue_white_red),
+    MAP("bone", bone),
+    MAP("hot", hot),
+    MAP("copper", copper),
+    MAP("ct", ct),
+    MAP("rainbow-desaturated", rainbow_desaturated),
+    MAP("jet", jet),
 };
 enum { MAP_COUNT = sizeof maps / sizeof *maps };
 

@@ -4,7 +4,7 @@
  *   2. a histogram over it, with the mean gradient at each value;
  *   3. the background is the mode, if enough of the volume is near it. If nothing is, the values fill the box;
  *   4. the first peak above the background is the outermost material. Between the two the mean gradient is greatest in the middle
- *      of their boundary (Kindlmann and Durkin's observation): that is the isovalue. With no such peak the isovalue encloses a share of the total. */
+ *      of their boundary (Kindlmann and Durkin's observation): that is the isovalue. With no such peak it encloses a share of the total. */
 #include "survey.h"
 
 #include <math.h>
@@ -16,10 +16,10 @@
 #include "samples.h"
 
 enum {
-    SPARSE_SAMPLES = 32768,  /* for the quantiles of step 1 */
+    SPARSE_SAMPLES = 32768, /* for the quantiles of step 1 */
     FINE_BINS = 4096,
-    SLAB_SAMPLES = 8 << 20,  /* looked at for a histogram, about */
-    SLABS = 8,               /* few: each costs a pass; thick, so that few gradients are cut at their faces */
+    SLAB_SAMPLES = 8 << 20, /* looked at for a histogram, about */
+    SLABS = 8,              /* few: each costs a pass; thick, so that few gradients are cut at their faces */
 };
 
 static int by_value(const void *a, const void *b)
@@ -290,7 +290,7 @@ static int find_boundary(const struct pel_survey *s, int background, int flank, 
     return middle;
 }
 
-/* Noise changes little from voxel to voxel in comparison with a boundary: it ends where the gradient becomes a good part of the boundary's. */
+/* Noise changes little from voxel to voxel in comparison with a boundary: it ends where the gradient is a good part of the boundary's. */
 static int find_noise_end(const struct pel_survey *s, int background, int flank, int boundary)
 {
     int bin = background + 1 + (boundary - background) / 8, last = background + (boundary - background) / 2;

@@ -18,18 +18,18 @@ enum { PEL_SURVEY_BINS = 512 }; /* at most */
 
 struct pel_survey {
     enum pel_survey_kind kind;
-    double lo, hi;     /* what the bins span; a few outliers may lie outside. lo < hi */
+    double lo, hi; /* what the bins span; a few outliers may lie outside. lo < hi */
     int bins;
     double count[PEL_SURVEY_BINS];    /* share of the samples that lie in lo..hi; sums to 1 */
     double smooth[PEL_SURVEY_BINS];   /* the same, smoothed */
     double gradient[PEL_SURVEY_BINS]; /* mean gradient at each value, smoothed, as a fraction of the greatest */
-    double background; /* value of the background's peak; lo where there is none */
-    double threshold;  /* values below are background and noise; background < threshold <= isovalue */
-    double isovalue;   /* the object's outer boundary */
-    double top;        /* all but a hundredth or a thousandth of the object lies below */
-    double common;     /* all but a few hundredths do */
-    double extent;     /* the object's size in voxels: the cube root of how many there are of it, at least 1 */
-    double fill;       /* share of the samples above the threshold */
+    double background;                /* value of the background's peak; lo where there is none */
+    double threshold;                 /* values below are background and noise; background < threshold <= isovalue */
+    double isovalue;                  /* the object's outer boundary */
+    double top;                       /* all but a hundredth or a thousandth of the object lies below */
+    double common;                    /* all but a few hundredths do */
+    double extent;                    /* the object's size in voxels: the cube root of how many there are of it, at least 1 */
+    double fill;                      /* share of the samples above the threshold */
 };
 
 /* Takes some milliseconds: large volumes are looked at in slabs. Never fails: without memory the answer is EMPTY. */

@@ -85,13 +85,13 @@ static bool is_fraction(double x)
 
 /* Sorting must be stable, since two points at one value are a jump from the first to the second. Points mostly arrive sorted, and
  * insertion is linear then; lists long enough for its square to hurt arrive sorted from a file or not at all. */
-#define SORT_POINTS(points, count, type) \
-    for (size_t i_ = 1; i_ < (count); i_++) { \
-        type point_ = (points)[i_]; \
-        size_t j_ = i_; \
-        for (; j_ > 0 && (points)[j_ - 1].value > point_.value; j_--) \
-            (points)[j_] = (points)[j_ - 1]; \
-        (points)[j_] = point_; \
+#define SORT_POINTS(points, count, type)                                                                                                   \
+    for (size_t i_ = 1; i_ < (count); i_++) {                                                                                              \
+        type point_ = (points)[i_];                                                                                                        \
+        size_t j_ = i_;                                                                                                                    \
+        for (; j_ > 0 && (points)[j_ - 1].value > point_.value; j_--)                                                                      \
+            (points)[j_] = (points)[j_ - 1];                                                                                               \
+        (points)[j_] = point_;                                                                                                             \
     }
 
 enum { MAX_POINTS = 65536 }; /* more points than a table of a curve ever has entries */

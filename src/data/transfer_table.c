@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: MIT */
-/* The table covers only the values between which the curves change: a narrow ramp in a wide range of data then gets as many entries as a wide one. */
+/* The table covers only the values between which the curves change: a narrow ramp in a wide range of data then gets as many entries as a
+ * wide one. */
 #include "transfer_table.h"
 
 #include <float.h>
@@ -55,7 +56,7 @@ static void choose_interval(const struct pel_transfer *transfer, double data_lo,
     /* Where a curve jumps at its end, the entry beyond must be on the far side of the jump. */
     double margin = (*hi - *lo) / (LEAST_COUNT / 2);
     bool pad_lo = jump_lo && curve_lo >= a, pad_hi = jump_hi && curve_hi <= b;
-    double least = fmax(fmax(fabs(*lo), fabs(*hi)), b / 2 - a / 2) * 1e-6;
+    double least = fmin(fmax(fmax(fabs(*lo), fabs(*hi)), b / 2 - a / 2), most) * 1e-6; /* the data's range may be infinite */
     if (!(margin > fmax(DBL_MIN * LEAST_COUNT, least * 1e-6))) {
         margin = least > 1e-290 ? least : 1e-290;
         pad_lo = pad_hi = true;
@@ -161,7 +162,7 @@ void pel_transfer_table_finish(struct pel_transfer_table *table)
 void pel_transfer_table_opacity_range(const struct pel_transfer_table *table, double lo, double hi, float *least, float *most)
 {
     double scale = (double)(table->count - 1) / (table->hi - table->lo), last = (double)(table->count - 1);
-    /* Kernels round to the nearest entry in floats. A whole entry to each side would make air at 0 visible under a ramp that begins at 0. */
+    /* Kernels round to the nearest entry in floats. A whole entry to each side would make air at 0 visible below a ramp from 0. */
     double slack = 0.25 + fmax(fabs(table->lo), fabs(table->hi)) * scale * 0x1p-20;
     double a = floor((lo - table->lo) * scale + 0.5 - slack), b = floor((hi - table->lo) * scale + 0.5 + slack);
     /* The comparisons are so written that a NaN widens the interval instead of indexing with nonsense. */

@@ -127,8 +127,12 @@ void pel_color_between(enum pel_color_space space, bool wrap, const double a[3],
 {
     double p[3], q[3], lab[3];
     switch (space) {
-    case PEL_COLOR_SPACE_HSV: between_hsv(wrap, a, b, t, rgb); return;
-    case PEL_COLOR_SPACE_DIVERGING: between_msh(a, b, t, rgb); return;
+    case PEL_COLOR_SPACE_HSV:
+        between_hsv(wrap, a, b, t, rgb);
+        return;
+    case PEL_COLOR_SPACE_DIVERGING:
+        between_msh(a, b, t, rgb);
+        return;
     case PEL_COLOR_SPACE_LAB:
         rgb_to_lab(a, p);
         rgb_to_lab(b, q);
@@ -137,7 +141,8 @@ void pel_color_between(enum pel_color_space space, bool wrap, const double a[3],
         lab_to_rgb(lab, rgb);
         return;
     case PEL_COLOR_SPACE_RGB:
-    case PEL_COLOR_SPACE_STEP: break;
+    case PEL_COLOR_SPACE_STEP:
+        break;
     }
     for (int c = 0; c < 3; c++)
         rgb[c] = space == PEL_COLOR_SPACE_STEP && t < 1 ? a[c] : a[c] * (1 - t) + b[c] * t;

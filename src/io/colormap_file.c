@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /* ParaView's colour maps, JSON (a list of presets, or one) and XML (<ColorMap> with <Point>s, alone or in <ColorMaps>), become the same
- * preset: flat lists of points and a colour space. What interpolates in another space than RGB, or bends between opacity points, is resampled
- * into straight pieces. */
+ * preset: flat lists of points and a colour space. What interpolates in another space than RGB, or bends between opacity points, is
+ * resampled into straight pieces. */
 #include "colormap_file.h"
 
 #include <ctype.h>
@@ -77,9 +77,14 @@ static enum pel_color_space space_of(const char *name)
         const char *name;
         enum pel_color_space space;
     } spaces[] = {
-        { "RGB", PEL_COLOR_SPACE_RGB },   { "HSV", PEL_COLOR_SPACE_HSV },     { "Lab", PEL_COLOR_SPACE_LAB },
-        { "CIELAB", PEL_COLOR_SPACE_LAB }, { "Diverging", PEL_COLOR_SPACE_DIVERGING }, { "Step", PEL_COLOR_SPACE_STEP },
-        { "Lab/CIEDE2000", PEL_COLOR_SPACE_LAB }, { "CIEDE2000", PEL_COLOR_SPACE_LAB },
+        { "RGB", PEL_COLOR_SPACE_RGB },
+        { "HSV", PEL_COLOR_SPACE_HSV },
+        { "Lab", PEL_COLOR_SPACE_LAB },
+        { "CIELAB", PEL_COLOR_SPACE_LAB },
+        { "Diverging", PEL_COLOR_SPACE_DIVERGING },
+        { "Step", PEL_COLOR_SPACE_STEP },
+        { "Lab/CIEDE2000", PEL_COLOR_SPACE_LAB },
+        { "CIEDE2000", PEL_COLOR_SPACE_LAB },
     };
     for (size_t i = 0; i < sizeof spaces / sizeof *spaces; i++)
         if (strcasecmp(name, spaces[i].name) == 0)

@@ -68,14 +68,20 @@ const char *pel_json_kind(const json_t *value)
     if (!value)
         return "nothing";
     switch (json_typeof(value)) {
-    case JSON_OBJECT: return "an object";
-    case JSON_ARRAY: return "an array";
-    case JSON_STRING: return "a string";
+    case JSON_OBJECT:
+        return "an object";
+    case JSON_ARRAY:
+        return "an array";
+    case JSON_STRING:
+        return "a string";
     case JSON_INTEGER:
-    case JSON_REAL: return "a number";
+    case JSON_REAL:
+        return "a number";
     case JSON_TRUE:
-    case JSON_FALSE: return "true or false";
-    case JSON_NULL: return "null";
+    case JSON_FALSE:
+        return "true or false";
+    case JSON_NULL:
+        return "null";
     }
     return "something else";
 }
@@ -190,7 +196,8 @@ static bool put_object(FILE *file, const json_t *object, int depth)
     const char *key, *comma = "";
     json_t *value;
     fputc('{', file);
-    json_object_foreach ((json_t *)object, key, value) {
+    json_object_foreach((json_t *)object, key, value)
+    {
         fprintf(file, "%s\n%*s", comma, 2 * depth + 2, "");
         comma = ",";
         if (!put_string(file, key))
@@ -208,14 +215,23 @@ static bool put_value(FILE *file, const json_t *value, int depth)
     if (depth > MOST_DEPTH)
         return false;
     switch (json_typeof(value)) {
-    case JSON_OBJECT: return put_object(file, value, depth);
-    case JSON_ARRAY: return put_array(file, value, depth);
-    case JSON_STRING: return put_string(file, json_string_value(value));
-    case JSON_INTEGER: return fprintf(file, "%" JSON_INTEGER_FORMAT, json_integer_value(value)) > 0;
-    case JSON_REAL: put_number(file, json_real_value(value)); return true;
-    case JSON_TRUE: return fputs("true", file) >= 0;
-    case JSON_FALSE: return fputs("false", file) >= 0;
-    case JSON_NULL: return fputs("null", file) >= 0;
+    case JSON_OBJECT:
+        return put_object(file, value, depth);
+    case JSON_ARRAY:
+        return put_array(file, value, depth);
+    case JSON_STRING:
+        return put_string(file, json_string_value(value));
+    case JSON_INTEGER:
+        return fprintf(file, "%" JSON_INTEGER_FORMAT, json_integer_value(value)) > 0;
+    case JSON_REAL:
+        put_number(file, json_real_value(value));
+        return true;
+    case JSON_TRUE:
+        return fputs("true", file) >= 0;
+    case JSON_FALSE:
+        return fputs("false", file) >= 0;
+    case JSON_NULL:
+        return fputs("null", file) >= 0;
     }
     return false;
 }

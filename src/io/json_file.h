@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
-/* Small text files: whole into memory, at most 16 MiB; and JSON out of them and into them. Messages name no path: callers put it in front with
- * pel_fail_in. */
+/* Small text files: whole into memory, at most 16 MiB; and JSON out of them and into them. Messages name no path: callers put it in front
+ * with pel_fail_in. */
 #ifndef PEL_IO_JSON_FILE_H
 #define PEL_IO_JSON_FILE_H
 

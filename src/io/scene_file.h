@@ -7,7 +7,8 @@
 
 #include <pellucid/io.h>
 
-/* Reads a scene from JSON text. `path` is what relative paths are relative to. Messages name keys ("camera.camera-view-angle: ..."), no file. */
+/* Reads a scene from JSON text. `path` is what relative paths are relative to. Messages name keys ("camera.camera-view-angle: ..."), no
+ * file. */
 bool pel_scene_parse(const char *text, size_t size, const char *path, struct pel_scene *scene, struct pel_scene_parts *has,
                      struct pel_error *error);
 

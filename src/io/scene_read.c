@@ -18,8 +18,8 @@
 struct reading {
     struct pel_scene scene; /* a copy, being changed */
     struct pel_scene_parts has;
-    const char *path;  /* the scene file's */
-    char where[256];   /* "transfer.colors[2]" */
+    const char *path; /* the scene file's */
+    char where[256];  /* "transfer.colors[2]" */
     struct pel_error *error;
 };
 
@@ -56,7 +56,8 @@ static bool read_object(struct reading *r, const json_t *value, const struct key
     json_t *member;
     if (!json_is_object(value))
         return pel_fail(r->error, PEL_ERROR_FORMAT, "expected an object, found %s", pel_json_kind(value));
-    json_object_foreach ((json_t *)value, name, member) {
+    json_object_foreach((json_t *)value, name, member)
+    {
         const struct key *key = keys;
         while (key->name && strcmp(key->name, name) != 0)
             key++;
@@ -131,11 +132,18 @@ static bool option_text(struct reading *r, const json_t *value, char *text, size
     size_t used = 0;
     text[0] = 0;
     switch (json_typeof(value)) {
-    case JSON_STRING: return pel_json_text(value, text, size, r->error);
+    case JSON_STRING:
+        return pel_json_text(value, text, size, r->error);
     case JSON_TRUE:
-    case JSON_FALSE: snprintf(text, size, json_is_true(value) ? "true" : "false"); return true;
-    case JSON_INTEGER: snprintf(text, size, "%" JSON_INTEGER_FORMAT, json_integer_value(value)); return true;
-    case JSON_REAL: snprintf(text, size, "%.17g", json_real_value(value)); return true;
+    case JSON_FALSE:
+        snprintf(text, size, json_is_true(value) ? "true" : "false");
+        return true;
+    case JSON_INTEGER:
+        snprintf(text, size, "%" JSON_INTEGER_FORMAT, json_integer_value(value));
+        return true;
+    case JSON_REAL:
+        snprintf(text, size, "%.17g", json_real_value(value));
+        return true;
     case JSON_ARRAY:
         for (size_t i = 0; i < json_array_size(value); i++) {
             double number;
@@ -147,7 +155,8 @@ static bool option_text(struct reading *r, const json_t *value, char *text, size
         }
         return true;
     case JSON_OBJECT:
-    case JSON_NULL: break;
+    case JSON_NULL:
+        break;
     }
     return pel_fail(r->error, PEL_ERROR_FORMAT, "expected a value, found %s", pel_json_kind(value));
 }
@@ -155,13 +164,7 @@ static bool option_text(struct reading *r, const json_t *value, char *text, size
 static bool read_option(struct reading *r, const json_t *value, const struct pel_option *row, void *object)
 {
     char text[PEL_OPTION_TEXT_SIZE];
-    if (!option_text(r, value, text, sizeof text))
-        return false;
-    if (pel_option_set(row, object, text, r->error))
-        return true;
-    if (r->error && r->error->code == PEL_ERROR_ARGUMENT) /* in a file it is the file that is wrong */
-        r->error->code = PEL_ERROR_FORMAT;
-    return false;
+    return option_text(r, value, text, sizeof text) && pel_option_set(row, object, text, r->error);
 }
 
 static bool read_options(struct reading *r, const json_t *value, const struct pel_option *table, void *object)
@@ -170,7 +173,8 @@ static bool read_options(struct reading *r, const json_t *value, const struct pe
     json_t *member;
     if (!json_is_object(value))
         return pel_fail(r->error, PEL_ERROR_FORMAT, "expected an object, found %s", pel_json_kind(value));
-    json_object_foreach ((json_t *)value, name, member) {
+    json_object_foreach((json_t *)value, name, member)
+    {
         const struct pel_option *row = pel_option_find(table, name);
         size_t back = enter(r, name);
         if (!row)
@@ -283,13 +287,10 @@ static bool read_colormap(struct reading *r, const json_t *object)
 static bool read_transfer(struct reading *r, const json_t *value, void *object)
 {
     static const struct key keys[] = {
-        { "colors", read_colors, 0 },     { "opacities", read_opacities, 0 }, { "unit-distance", read_unit_distance, 0 },
+        { "colors", read_colors, 0 },    { "opacities", read_opacities, 0 }, { "unit-distance", read_unit_distance, 0 },
         { "colormap", read_nothing, 0 }, { "range", read_nothing, 0 },       { NULL },
     };
-    bool ok = read_object(r, value, keys, object) && read_colormap(r, value);
-    if (!ok && r->error && r->error->code == PEL_ERROR_ARGUMENT)
-        r->error->code = PEL_ERROR_FORMAT;
-    return ok;
+    return read_object(r, value, keys, object) && read_colormap(r, value);
 }
 
 /* ---- the other parts ---- */
@@ -297,13 +298,7 @@ static bool read_transfer(struct reading *r, const json_t *value, void *object)
 static bool read_camera(struct reading *r, const json_t *value, void *object)
 {
     r->has.camera = true;
-    if (!read_options(r, value, pel_camera_options, object))
-        return false;
-    if (pel_camera_check(object, r->error))
-        return true;
-    if (r->error)
-        r->error->code = PEL_ERROR_FORMAT;
-    return false;
+    return read_options(r, value, pel_camera_options, object) && pel_camera_check(object, r->error);
 }
 
 static bool read_render(struct reading *r, const json_t *value, void *object)
@@ -481,6 +476,8 @@ bool pel_scene_parse(const char *text, size_t size, const char *path, struct pel
         pel_transfer_finish(&r->scene.transfer);
         if (r->where[0])
             pel_fail_in(error, "%s: ", r->where);
+        if (error && error->code == PEL_ERROR_ARGUMENT) /* in a file it is the file that is wrong */
+            error->code = PEL_ERROR_FORMAT;
     }
 done:
     free(r);

@@ -54,16 +54,21 @@ static json_t *option_value(struct writing *w, const struct pel_option *row, con
     char text[PEL_OPTION_TEXT_SIZE];
     pel_option_get(row, object, text, sizeof text);
     switch (row->type) {
-    case PEL_OPTION_BOOL: return json_boolean(strcmp(text, "true") == 0);
-    case PEL_OPTION_INT: return json_integer(strtol(text, NULL, 10));
-    case PEL_OPTION_DOUBLE: return json_real(strtod(text, NULL));
+    case PEL_OPTION_BOOL:
+        return json_boolean(strcmp(text, "true") == 0);
+    case PEL_OPTION_INT:
+        return json_integer(strtol(text, NULL, 10));
+    case PEL_OPTION_DOUBLE:
+        return json_real(strtod(text, NULL));
     case PEL_OPTION_VEC2:
     case PEL_OPTION_VEC3:
-    case PEL_OPTION_VEC6: return numbers_from_text(w, text);
+    case PEL_OPTION_VEC6:
+        return numbers_from_text(w, text);
     case PEL_OPTION_CHOICE:
     case PEL_OPTION_COLOR:
     case PEL_OPTION_SIZE:
-    case PEL_OPTION_TEXT: break;
+    case PEL_OPTION_TEXT:
+        break;
     }
     return json_string(text);
 }

@@ -55,7 +55,7 @@ static void json_presets(void **state)
     parse_ok(text, NULL, 100, 200); /* 0 to 1: stretched */
     assert_string_equal(transfer.colormap, "first");
     expect_color(150, 0.5, 0.25, 0, 1e-9);
-    expect_opacity(0.5, 0.5); /* the file has none: as it was */
+    expect_opacity(0.5, 0.5);           /* the file has none: as it was */
     parse_ok(text, "second", 100, 200); /* data values: as they are */
     expect_color(5, 0, 0.5, 0.5, 1e-9);
     expect_opacity(5, 0.4);
@@ -94,7 +94,8 @@ static void other_spaces(void **state)
 {
     (void)state;
     double rgb[3];
-    static const double red[3] = { 1, 0, 0 }, green[3] = { 0, 1, 0 }, magenta[3] = { 1, 0, 1 }, black[3] = { 0, 0, 0 }, white[3] = { 1, 1, 1 };
+    static const double red[3] = { 1, 0, 0 }, green[3] = { 0, 1, 0 }, magenta[3] = { 1, 0, 1 }, black[3] = { 0, 0, 0 },
+                        white[3] = { 1, 1, 1 };
     pel_color_between(PEL_COLOR_SPACE_HSV, false, red, green, 0.5, rgb); /* yellow */
     assert_true(fabs(rgb[0] - 1) < 1e-9 && fabs(rgb[1] - 1) < 1e-9 && fabs(rgb[2]) < 1e-9);
     pel_color_between(PEL_COLOR_SPACE_HSV, true, red, magenta, 0.5, rgb); /* the short way: between red and magenta */
@@ -177,11 +178,31 @@ static void damage(void **state)
 {
     (void)state;
     static const char *const bad[] = {
-        "", " ", "[", "{}", "[]", "null", "3", "[[]]", "{\"RGBPoints\":[]}", "{\"RGBPoints\":[0,0,0]}", "{\"RGBPoints\":[0,0,0,2]}",
-        "{\"RGBPoints\":[0,0,0,\"x\"]}", "{\"RGBPoints\":7}", "{\"RGBPoints\":[1,0,0,0, 0,1,1,1]}", "{\"RGBPoints\":[1e999,0,0,0]}",
-        "{\"RGBPoints\":[0,0,0,0],\"Points\":[0,0,0]}", "{\"RGBPoints\":[0,0,0,0],\"Points\":[0,7,0.5,0]}", "{\"IndexedColors\":[1,2]}",
-        "<", "<ColorMap>", "<ColorMap/>", "<a></a>", "<ColorMap><Point x='0'/></ColorMap>",
-        "<ColorMap><Point x='0' r='nan' g='0' b='0'/></ColorMap>", "<ColorMap><Point x='0' r='9' g='0' b='0'/></ColorMap>",
+        "",
+        " ",
+        "[",
+        "{}",
+        "[]",
+        "null",
+        "3",
+        "[[]]",
+        "{\"RGBPoints\":[]}",
+        "{\"RGBPoints\":[0,0,0]}",
+        "{\"RGBPoints\":[0,0,0,2]}",
+        "{\"RGBPoints\":[0,0,0,\"x\"]}",
+        "{\"RGBPoints\":7}",
+        "{\"RGBPoints\":[1,0,0,0, 0,1,1,1]}",
+        "{\"RGBPoints\":[1e999,0,0,0]}",
+        "{\"RGBPoints\":[0,0,0,0],\"Points\":[0,0,0]}",
+        "{\"RGBPoints\":[0,0,0,0],\"Points\":[0,7,0.5,0]}",
+        "{\"IndexedColors\":[1,2]}",
+        "<",
+        "<ColorMap>",
+        "<ColorMap/>",
+        "<a></a>",
+        "<ColorMap><Point x='0'/></ColorMap>",
+        "<ColorMap><Point x='0' r='nan' g='0' b='0'/></ColorMap>",
+        "<ColorMap><Point x='0' r='9' g='0' b='0'/></ColorMap>",
         "<!DOCTYPE a [<!ENTITY b 'c'>]><ColorMap><Point x='0' r='0' g='0' b='0'/></ColorMap>",
         "<ColorMap><Point x='1' r='0' g='0' b='0'/><Point x='0' r='0' g='0' b='0'/></ColorMap>",
     };
@@ -208,8 +229,8 @@ static void damage(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        TEST(json_presets), TEST(indexed_and_step), TEST(diverging_is_morelands), TEST(other_spaces),
-        TEST(opacity_bends), TEST(xml_maps),        TEST(round_trip),             TEST(damage),
+        TEST(json_presets), TEST(indexed_and_step), TEST(diverging_is_morelands), TEST(other_spaces), TEST(opacity_bends), TEST(xml_maps),
+        TEST(round_trip),   TEST(damage),
     };
     return cmocka_run_group_tests(tests, make_scratch, remove_scratch);
 }

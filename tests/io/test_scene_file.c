@@ -209,7 +209,8 @@ static void what_is_not_said_stays(void **state)
 static void by_hand(void **state)
 {
     (void)state;
-    parse("{\"transfer\": {\"colormap\": \"Viridis\", \"range\": [10, 20]}, \"background\": [1, 1, 1], \"render\": {\"mode\": \"mip\", \"step\": 1},"
+    parse("{\"transfer\": {\"colormap\": \"Viridis\", \"range\": [10, 20]}, \"background\": [1, 1, 1], \"render\": {\"mode\": \"mip\", "
+          "\"step\": 1},"
           "\"isosurfaces\": [{\"value\": 7}], \"lights\": [{\"direction\": [0, 1, 0]}, {}], \"clip-box\": null}",
           NULL);
     assert_string_equal(scene.transfer.colormap, "viridis");

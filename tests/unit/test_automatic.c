@@ -21,10 +21,18 @@ enum { N = 48 };
 static void put(struct pel_volume *v, size_t i, double value)
 {
     switch (v->type) {
-    case PEL_U8: ((uint8_t *)v->data)[i] = (uint8_t)value; break;
-    case PEL_I16: ((int16_t *)v->data)[i] = (int16_t)value; break;
-    case PEL_F32: ((float *)v->data)[i] = (float)value; break;
-    default: ((double *)v->data)[i] = value; break;
+    case PEL_U8:
+        ((uint8_t *)v->data)[i] = (uint8_t)value;
+        break;
+    case PEL_I16:
+        ((int16_t *)v->data)[i] = (int16_t)value;
+        break;
+    case PEL_F32:
+        ((float *)v->data)[i] = (float)value;
+        break;
+    default:
+        ((double *)v->data)[i] = value;
+        break;
     }
 }
 
@@ -329,7 +337,8 @@ static void real_files(void **state)
         assert_true(pel_transfer_init(&t, NULL));
         assert_true(pel_transfer_automatic(&t, &v, PEL_TRANSFER_COMPOSITE, NULL));
         check_valid(&t);
-        double clear = pel_transfer_opacity(&t, files[i].clear), seen = pel_transfer_opacity(&t, files[i].seen), iso = pel_isovalue_automatic(&v);
+        double clear = pel_transfer_opacity(&t, files[i].clear), seen = pel_transfer_opacity(&t, files[i].seen),
+               iso = pel_isovalue_automatic(&v);
         if (!(clear < 0.002) || !(seen > 0.02))
             fail_msg("%s: opacity %g at %g, %g at %g", files[i].name, clear, files[i].clear, seen, files[i].seen);
         if (!(iso >= files[i].iso_lo && iso <= files[i].iso_hi))

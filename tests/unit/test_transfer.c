@@ -82,7 +82,8 @@ static void refused_edits_change_nothing(void **state)
     struct pel_error error = PEL_ERROR_INIT;
     assert_true(pel_transfer_init(&before, NULL));
     const struct pel_opacity_point bad_opacities[][2] = {
-        { { 0, 0 }, { NAN, 1 } }, { { 0, 0 }, { INFINITY, 1 } }, { { 0, 0 }, { 1, 1.01 } }, { { 0, -0.1 }, { 1, 1 } }, { { 0, NAN }, { 1, 1 } },
+        { { 0, 0 }, { NAN, 1 } },  { { 0, 0 }, { INFINITY, 1 } }, { { 0, 0 }, { 1, 1.01 } },
+        { { 0, -0.1 }, { 1, 1 } }, { { 0, NAN }, { 1, 1 } },
     };
     for (size_t i = 0; i < sizeof bad_opacities / sizeof *bad_opacities; i++) {
         error.code = PEL_ERROR_NONE;
@@ -124,8 +125,8 @@ static void opacity_from_text(void **state)
 static void bad_opacity_text(void **state)
 {
     static const char *const bad[] = {
-        "", "x", ":", "40", "40:", ":0.5", "40:0,", ",40:0", "40:0,,50:1", "40:0;50:1", "40:0 50:1", "40:2", "nan", "nan:0", "0:nan", "inf:1", "1:0.5x",
-        "-0.1",
+        "",          "x",         ":",    "40",  "40:",   ":0.5",  "40:0,", ",40:0",  "40:0,,50:1",
+        "40:0;50:1", "40:0 50:1", "40:2", "nan", "nan:0", "0:nan", "inf:1", "1:0.5x", "-0.1",
     };
     struct pel_transfer *t = *state;
     assert_true(pel_transfer_parse_opacity(t, "1:0.25", NULL));

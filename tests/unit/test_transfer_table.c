@@ -22,7 +22,8 @@ static size_t look_up(const struct pel_transfer_table *table, double value)
     return at > 0 ? at < (float)(table->count - 1) ? (size_t)at : table->count - 1 : 0;
 }
 
-static void build(struct pel_transfer_table *table, const char *opacity, const char *map, double map_lo, double map_hi, double lo, double hi)
+static void build(struct pel_transfer_table *table, const char *opacity, const char *map, double map_lo, double map_hi, double lo,
+                  double hi)
 {
     struct pel_transfer t;
     assert_true(pel_transfer_init(&t, NULL));
@@ -133,8 +134,10 @@ static void jumps_hold_at_their_value(void **state)
 static void odd_ranges_are_ordered_and_wide_enough(void **state)
 {
     (void)state;
-    static const double ranges[][2] = { { 5, 5 },           { 9, -9 },   { NAN, NAN },           { 0, 0 },     { 1e300, 1e300 }, { -DBL_MAX, DBL_MAX },
-                                        { -INFINITY, 3 },   { 1e-310, 2e-310 }, { 1000, 2000 }, { -3, -2 } };
+    static const double ranges[][2] = { { 5, 5 },         { 9, -9 },          { NAN, NAN },
+                                        { 0, 0 },         { 1e300, 1e300 },   { -DBL_MAX, DBL_MAX },
+                                        { -INFINITY, 3 }, { 1e-310, 2e-310 }, { 1000, 2000 },
+                                        { -3, -2 } };
     static const char *const opacities[] = { "0.5", "0:0,1:1", "-1e308:0,1e308:1", "1e300:0,1.0000000001e300:1", "0:0,1e-310:1" };
     struct pel_transfer_table table = { 0 };
     for (size_t i = 0; i < sizeof ranges / sizeof *ranges; i++)
