@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* Which instruction set's kernels to run. The build says which sets it has (PEL_ISA_LIST, widest first; meson.build). */
+/* Which instruction set's kernels to run. The build says which sets it has (PEL_X86_LEVELS; meson.build); the list names the widest first. */
 #include <string.h>
 
 #include "fail.h"
@@ -10,8 +10,10 @@
 
 #ifdef PEL_X86_LEVELS
 DECLARE(v2)
+#if PEL_X86_LEVELS > 2
 DECLARE(v3)
 DECLARE(v4)
+#endif
 
 /* What GCC's and Clang's -march=x86-64-vN may use, as far as the kernels do. */
 static bool has_v2(void)
@@ -19,6 +21,7 @@ static bool has_v2(void)
     return __builtin_cpu_supports("sse4.2") && __builtin_cpu_supports("ssse3") && __builtin_cpu_supports("popcnt");
 }
 
+#if PEL_X86_LEVELS > 2
 static bool has_v3(void)
 {
     return has_v2() && __builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma") && __builtin_cpu_supports("bmi") && __builtin_cpu_supports("bmi2");
@@ -29,14 +32,17 @@ static bool has_v4(void)
     return has_v3() && __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512bw") && __builtin_cpu_supports("avx512cd") &&
            __builtin_cpu_supports("avx512dq") && __builtin_cpu_supports("avx512vl");
 }
+#endif
 
 static const struct isa {
     const char *name;
     bool (*runs_here)(void);
     const struct pel_kernels *kernels[PEL_KERNEL_KINDS];
 } isas[] = {
+#if PEL_X86_LEVELS > 2
     { "x86-64-v4", has_v4, KERNELS(v4) },
     { "x86-64-v3", has_v3, KERNELS(v3) },
+#endif
     { "x86-64-v2", has_v2, KERNELS(v2) },
 };
 #else
