@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: MIT */
-/* DICOM: a file, or a folder with a series of slices. dicom_file.c reads headers, dicom_series.c puts slices in order, dicom_pixels.c and dicom_decode.c unpack
- * pixels; here slices become a volume.
+/* DICOM: a file, or a folder with a series of slices. dicom_file.c reads headers, dicom_series.c puts slices in order, dicom_pixels.c and
+ * dicom_decode.c unpack pixels; here slices become a volume.
  *
- * Numbers are those that the scanner means, slope and intercept applied. Whole numbers stay whole (CT: stored - 1024 is still an integer); with a slope
- * they become floats. */
+ * Numbers are those that the scanner means, slope and intercept applied. Whole numbers stay whole (CT: stored - 1024 is still an integer);
+ * with a slope they become floats. */
 #include <dirent.h>
 #include <math.h>
 #include <stdio.h>
@@ -27,7 +27,7 @@ static bool probe_dicom(const unsigned char *bytes, size_t size, const char *pat
 struct files {
     struct pel_dicom_file **all; /* owned, each one too */
     size_t count, room;
-    size_t left_out;             /* files that are no DICOM images */
+    size_t left_out; /* files that are no DICOM images */
 };
 
 static void finish_files(struct files *files)
@@ -126,34 +126,42 @@ static void widen(const struct pel_dicom_file *file, const unsigned char *in, si
 /* Stores numbers as the volume's type, from number `at` on; false where one does not fit. */
 static bool store(struct pel_volume *volume, size_t at, const double *values, size_t count)
 {
-#define STORE(TYPE, LEAST, GREATEST) \
-    for (size_t i = 0; i < count; i++) { \
-        if (!(values[i] >= (LEAST) && values[i] <= (GREATEST))) \
-            return false; \
-        ((TYPE *)volume->data)[at + i] = (TYPE)values[i]; \
-    } \
+#define STORE(TYPE, LEAST, GREATEST)                                                                                                       \
+    for (size_t i = 0; i < count; i++) {                                                                                                   \
+        if (!(values[i] >= (LEAST) && values[i] <= (GREATEST)))                                                                            \
+            return false;                                                                                                                  \
+        ((TYPE *)volume->data)[at + i] = (TYPE)values[i];                                                                                  \
+    }                                                                                                                                      \
     return true
     switch (volume->type) {
-    case PEL_U8: STORE(uint8_t, 0, 255);
-    case PEL_I8: STORE(int8_t, -128, 127);
-    case PEL_U16: STORE(uint16_t, 0, 65535);
-    case PEL_I16: STORE(int16_t, -32768, 32767);
-    case PEL_U32: STORE(uint32_t, 0, 4294967295.0);
-    case PEL_I32: STORE(int32_t, -2147483648.0, 2147483647.0);
+    case PEL_U8:
+        STORE(uint8_t, 0, 255);
+    case PEL_I8:
+        STORE(int8_t, -128, 127);
+    case PEL_U16:
+        STORE(uint16_t, 0, 65535);
+    case PEL_I16:
+        STORE(int16_t, -32768, 32767);
+    case PEL_U32:
+        STORE(uint32_t, 0, 4294967295.0);
+    case PEL_I32:
+        STORE(int32_t, -2147483648.0, 2147483647.0);
     case PEL_F32:
         for (size_t i = 0; i < count; i++)
             ((float *)volume->data)[at + i] = (float)values[i];
         return true;
-    default: memcpy((double *)volume->data + at, values, count * sizeof *values); return true;
+    default:
+        memcpy((double *)volume->data + at, values, count * sizeof *values);
+        return true;
     }
 #undef STORE
 }
 
 /* What a series' numbers are made into. */
 struct scaling {
-    bool scaled;             /* there is a slope, or an intercept that is no whole number */
+    bool scaled;                   /* there is a slope, or an intercept that is no whole number */
     double slope[2], intercept[2]; /* least and greatest */
-    double stored[2];        /* least and greatest stored number, once read */
+    double stored[2];              /* least and greatest stored number, once read */
 };
 
 static void find_scaling(const struct pel_dicom_slice *slices, size_t count, struct scaling *s)
@@ -224,7 +232,8 @@ static bool read_as(const struct pel_dicom_slice *slices, size_t count, enum pel
     const struct pel_dicom_pixels *p = &slices[0].file->pixels;
     uint64_t dims[3] = { p->columns, p->rows, count };
     size_t shape[3] = { p->columns, p->rows, count }, bytes, frame = pel_dicom_frame_bytes(p);
-    if (!pel_volume_size_check(dims, type, (uint64_t)p->samples, &bytes, error) || !pel_volume_allocate(volume, shape, type, p->samples, error))
+    if (!pel_volume_size_check(dims, type, (uint64_t)p->samples, &bytes, error) ||
+        !pel_volume_allocate(volume, shape, type, p->samples, error))
         return false;
     unsigned char *stored = pel_alloc(frame, 1, "DICOM pixels", error);
     bool ok = stored != NULL;
@@ -242,19 +251,19 @@ static bool read_as(const struct pel_dicom_slice *slices, size_t count, enum pel
 static void note_scaling(const struct scaling *s, const struct pel_dicom_file *file, struct pel_file_info *info)
 {
     if (s->scaled && s->slope[0] == s->slope[1])
-        pel_info_note(info, "stored numbers %g to %g are scaled by the file's slope %g and intercept %g", s->stored[0], s->stored[1], s->slope[0],
-                      s->intercept[0]);
+        pel_info_note(info, "stored numbers %g to %g are scaled by the file's slope %g and intercept %g", s->stored[0], s->stored[1],
+                      s->slope[0], s->intercept[0]);
     else if (s->scaled)
-        pel_info_note(info, "stored numbers %g to %g are scaled by the files' slopes, %g to %g from slice to slice", s->stored[0], s->stored[1],
-                      s->slope[0], s->slope[1]);
+        pel_info_note(info, "stored numbers %g to %g are scaled by the files' slopes, %g to %g from slice to slice", s->stored[0],
+                      s->stored[1], s->slope[0], s->slope[1]);
     if (!strcmp(file->pixels.photometric, "MONOCHROME1"))
         pel_info_note(info, "MONOCHROME1: the file wants small values shown bright; the values are as they are");
     else if (!strncmp(file->pixels.photometric, "PALETTE", 7))
         pel_info_note(info, "the colours of a palette are left out: the values are its indices");
 }
 
-static bool read_series(const struct files *files, const struct pel_read_params *params, struct pel_volume *volume, struct pel_file_info *info,
-                        struct pel_error *error)
+static bool read_series(const struct files *files, const struct pel_read_params *params, struct pel_volume *volume,
+                        struct pel_file_info *info, struct pel_error *error)
 {
     uint64_t frames = 0;
     size_t count = 0;

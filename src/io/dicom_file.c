@@ -1,8 +1,9 @@
 /* SPDX-License-Identifier: MIT */
-/* The header of one DICOM file (PS3.5 and PS3.10): data elements, one after the other, some of them sequences of items that again hold data elements.
+/* The header of one DICOM file (PS3.5 and PS3.10): data elements, one after the other, some of them sequences of items that again hold data
+ * elements.
  *
- * This walk is ours and not a library's: every length is held against what is left of the file or of the enclosing element, and nothing is allocated by
- * what a length says; libraries allocate first. Only the few elements that place and decode pixels are looked at. */
+ * This walk is ours and not a library's: every length is held against what is left of the file or of the enclosing element, and nothing is
+ * allocated by what a length says; libraries allocate first. Only the few elements that place and decode pixels are looked at. */
 #include "dicom_file.h"
 
 #include <locale.h>
@@ -17,6 +18,7 @@
 #define UNDEFINED 0xffffffffu
 #define DEEPEST 32
 
+/* clang-format off */
 enum tag {
     TAG_SYNTAX = 0x00020010, TAG_MODALITY = 0x00080060, TAG_DESCRIPTION = 0x0008103e, TAG_THICKNESS = 0x00180050,
     TAG_BETWEEN = 0x00180088, TAG_IMAGER_SPACING = 0x00181164, TAG_SERIES_UID = 0x0020000e, TAG_SERIES_NUMBER = 0x00200011,
@@ -28,6 +30,7 @@ enum tag {
     TAG_SHARED_GROUPS = 0x52009229, TAG_FRAME_GROUPS = 0x52009230, TAG_PLANE_POSITION = 0x00209113, TAG_PLANE_ORIENTATION = 0x00209116,
     TAG_PIXEL_MEASURES = 0x00289110, TAG_VALUE_TRANSFORM = 0x00289145,
 };
+/* clang-format on */
 #define TAG_FLOAT_PIXELS 0x7fe00008u
 #define TAG_DOUBLE_PIXELS 0x7fe00009u
 #define TAG_PIXELS 0x7fe00010u
@@ -161,56 +164,81 @@ static int take_short(struct walk *w, const struct element *e)
     return p ? (int)number16(w, p) : 0;
 }
 
-/* What places a frame; true where the element was one of those. */
-static bool take_frame(struct walk *w, const struct element *e, struct pel_dicom_frame *frame)
+/* What places a frame, and what its numbers mean. */
+static void take_frame(struct walk *w, const struct element *e, struct pel_dicom_frame *frame)
 {
     double pair[2];
-    switch (e->tag) {
-    case TAG_POSITION: frame->has_position = take_decimals(w, e, 3, frame->position); return true;
-    case TAG_ORIENTATION: frame->has_orientation = take_decimals(w, e, 6, frame->orientation); return true;
-    case TAG_SLOPE: take_decimals(w, e, 1, &frame->slope); return true;
-    case TAG_INTERCEPT: take_decimals(w, e, 1, &frame->intercept); return true;
-    case TAG_THICKNESS: take_decimals(w, e, 1, &w->file->thickness); return true;
-    case TAG_BETWEEN: take_decimals(w, e, 1, &w->file->between); return true;
-    case TAG_SPACING:
-    case TAG_IMAGER_SPACING:
-        if ((e->tag == TAG_SPACING || !frame->has_spacing) && take_decimals(w, e, 2, pair) && pair[0] > 0 && pair[1] > 0) {
-            frame->has_spacing = true;
-            frame->spacing[0] = pair[1];
-            frame->spacing[1] = pair[0];
-        }
-        return true;
-    default: return false;
+    double *number = e->tag == TAG_SLOPE       ? &frame->slope
+                     : e->tag == TAG_INTERCEPT ? &frame->intercept
+                     : e->tag == TAG_THICKNESS ? &w->file->thickness
+                     : e->tag == TAG_BETWEEN   ? &w->file->between
+                                               : NULL;
+    if (number)
+        take_decimals(w, e, 1, number);
+    else if (e->tag == TAG_POSITION)
+        frame->has_position = take_decimals(w, e, 3, frame->position);
+    else if (e->tag == TAG_ORIENTATION)
+        frame->has_orientation = take_decimals(w, e, 6, frame->orientation);
+    else if ((e->tag == TAG_SPACING || (e->tag == TAG_IMAGER_SPACING && !frame->has_spacing)) && take_decimals(w, e, 2, pair) &&
+             pair[0] > 0 && pair[1] > 0) {
+        frame->has_spacing = true;
+        frame->spacing[0] = pair[1];
+        frame->spacing[1] = pair[0];
     }
 }
+
+/* Elements that are copied as they are: text, a number of two bytes, or one in decimals, into an int. */
+static const struct {
+    uint32_t tag;
+    enum { TEXT, SHORT, DECIMAL } kind;
+    size_t offset, size;
+} copied[] = {
+#define FIELD(TAG, KIND, NAME)                                                                                                             \
+    {                                                                                                                                      \
+        TAG, KIND, offsetof(struct pel_dicom_file, NAME), sizeof((struct pel_dicom_file *)NULL)->NAME                                      \
+    }
+    FIELD(TAG_SYNTAX, TEXT, syntax),
+    FIELD(TAG_MODALITY, TEXT, modality),
+    FIELD(TAG_DESCRIPTION, TEXT, description),
+    FIELD(TAG_SERIES_UID, TEXT, series_uid),
+    FIELD(TAG_PHOTOMETRIC, TEXT, pixels.photometric),
+    FIELD(TAG_SERIES_NUMBER, DECIMAL, series_number),
+    FIELD(TAG_ACQUISITION, DECIMAL, acquisition_number),
+    FIELD(TAG_INSTANCE, DECIMAL, instance_number),
+    FIELD(TAG_SAMPLES, SHORT, pixels.samples),
+    FIELD(TAG_ROWS, SHORT, pixels.rows),
+    FIELD(TAG_COLUMNS, SHORT, pixels.columns),
+    FIELD(TAG_ALLOCATED, SHORT, pixels.allocated),
+    FIELD(TAG_STORED, SHORT, pixels.stored),
+    FIELD(TAG_HIGH_BIT, SHORT, pixels.high_bit),
+#undef FIELD
+};
 
 /* Everything else, which stands outside of sequences. */
 static void take_file(struct walk *w, const struct element *e)
 {
     struct pel_dicom_file *f = w->file;
     double frames = 0;
-    switch (e->tag) {
-    case TAG_SYNTAX: take_text(w, e, f->syntax, sizeof f->syntax); break;
-    case TAG_MODALITY: take_text(w, e, f->modality, sizeof f->modality); break;
-    case TAG_DESCRIPTION: take_text(w, e, f->description, sizeof f->description); break;
-    case TAG_SERIES_UID: take_text(w, e, f->series_uid, sizeof f->series_uid); break;
-    case TAG_SERIES_NUMBER: f->series_number = take_integer(w, e); break;
-    case TAG_ACQUISITION: f->acquisition_number = take_integer(w, e); break;
-    case TAG_INSTANCE: f->instance_number = take_integer(w, e); break;
-    case TAG_SAMPLES: f->pixels.samples = take_short(w, e); break;
-    case TAG_PHOTOMETRIC: take_text(w, e, f->pixels.photometric, sizeof f->pixels.photometric); break;
-    case TAG_PLANES: f->pixels.planes = take_short(w, e) == 1; break;
-    case TAG_FRAMES:
+    for (size_t i = 0; i < sizeof copied / sizeof *copied; i++) {
+        char *field = (char *)f + copied[i].offset;
+        if (copied[i].tag != e->tag)
+            continue;
+        int number = copied[i].kind == SHORT ? take_short(w, e) : copied[i].kind == DECIMAL ? take_integer(w, e) : 0;
+        if (copied[i].kind == TEXT)
+            take_text(w, e, field, copied[i].size);
+        else
+            memcpy(field, &number, sizeof number);
+        return;
+    }
+    if (e->tag == TAG_PLANES) {
+        f->pixels.planes = take_short(w, e) == 1;
+    } else if (e->tag == TAG_SIGNED) {
+        f->pixels.is_signed = take_short(w, e) == 1;
+    } else if (e->tag == TAG_FRAMES) {
         take_decimals(w, e, 1, &frames);
         f->frame_count = frames > 1 ? (frames < 9e15 ? (uint64_t)frames : (uint64_t)9e15) : 1;
-        break;
-    case TAG_ROWS: f->pixels.rows = (uint32_t)take_short(w, e); break;
-    case TAG_COLUMNS: f->pixels.columns = (uint32_t)take_short(w, e); break;
-    case TAG_ALLOCATED: f->pixels.allocated = take_short(w, e); break;
-    case TAG_STORED: f->pixels.stored = take_short(w, e); break;
-    case TAG_HIGH_BIT: f->pixels.high_bit = take_short(w, e); break;
-    case TAG_SIGNED: f->pixels.is_signed = take_short(w, e) == 1; break;
-    default: take_frame(w, e, &f->shared); break;
+    } else {
+        take_frame(w, e, &f->shared);
     }
 }
 
@@ -242,8 +270,8 @@ static struct pel_dicom_frame *add_frame(struct walk *w)
 
 static bool walk_elements(struct walk *w, uint64_t *at, uint64_t end, struct place place);
 
-/* The items of a sequence, from *at to `end`, or to its end mark where its length is undefined. The items of compressed pixels (of an icon, say) are
- * only bytes. */
+/* The items of a sequence, from *at to `end`, or to its end mark where its length is undefined. The items of compressed pixels (of an icon,
+ * say) are only bytes. */
 static bool walk_items(struct walk *w, uint64_t *at, uint64_t end, const struct element *e, struct place place)
 {
     struct element item;
@@ -301,8 +329,8 @@ static bool walk_elements(struct walk *w, uint64_t *at, uint64_t end, struct pla
             return false;
         *at = e.value;
         if (e.tag == TAG_ITEM_END)
-            return place.depth > 0 || pel_fail(w->error, PEL_ERROR_FORMAT, "byte %llu: the end of an item that did not begin",
-                                               (unsigned long long)*at - 8);
+            return place.depth > 0 ||
+                   pel_fail(w->error, PEL_ERROR_FORMAT, "byte %llu: the end of an item that did not begin", (unsigned long long)*at - 8);
         if (e.length != UNDEFINED && (*at > end || e.length > end - *at))
             return ends_early(w, *at);
         if (place.depth == 0 && (e.tag == TAG_PIXELS || e.tag == TAG_FLOAT_PIXELS || e.tag == TAG_DOUBLE_PIXELS)) {
@@ -391,7 +419,8 @@ static bool find_encoding(struct walk *w, uint64_t at)
     if (!strcmp(syntax, "1.2.840.10008.1.2.1.99"))
         return pel_fail(w->error, PEL_ERROR_UNSUPPORTED, "deflated DICOM is not read; unpack it, for example with gdcmconv --raw");
     if (!strcmp(syntax, "1.2.840.113619.5.2"))
-        return pel_fail(w->error, PEL_ERROR_UNSUPPORTED, "GE's private transfer syntax is not read; convert it, for example with gdcmconv --raw");
+        return pel_fail(w->error, PEL_ERROR_UNSUPPORTED,
+                        "GE's private transfer syntax is not read; convert it, for example with gdcmconv --raw");
     w->big_endian = w->file->big_endian = !strcmp(syntax, "1.2.840.10008.1.2.2");
     w->explicit_vr = p && p[4] >= 'A' && p[4] <= 'Z' && p[5] >= 'A' && p[5] <= 'Z';
     return true;
@@ -431,7 +460,7 @@ bool pel_dicom_file_open(struct pel_dicom_file *file, const char *path, bool *is
     }
     w->length = (uint64_t)ftello(w->stream);
     *is_dicom = find_start(w, &at);
-    ok = *is_dicom ? walk_meta(w, &at) && find_encoding(w, at) && walk_elements(w, &at, w->length, (struct place){ 0 })
+    ok = *is_dicom ? walk_meta(w, &at) && find_encoding(w, at) && walk_elements(w, &at, w->length, (struct place) { 0 })
                    : pel_fail(error, PEL_ERROR_FORMAT, "is no DICOM file");
     if (ok && file->encapsulated)
         ok = find_fragments(w);

@@ -21,7 +21,7 @@ struct pel_dicom_frame {
 /* How numbers are stored. */
 struct pel_dicom_pixels {
     uint32_t rows, columns;
-    int samples;            /* numbers a pixel: 1 or 3 */
+    int samples; /* numbers a pixel: 1 or 3 */
     int allocated, stored, high_bit;
     bool is_signed, planes; /* planes: of each frame first all reds, then all greens, then all blues */
     bool is_float;          /* Float or Double Float Pixel Data */
@@ -29,7 +29,7 @@ struct pel_dicom_pixels {
 };
 
 struct pel_dicom_file {
-    char *path;             /* owned */
+    char *path; /* owned */
     char series_uid[72], description[72], modality[24], syntax[72];
     int series_number, instance_number, acquisition_number;
     double thickness, between; /* slice thickness, spacing between slices; 0: not told */
@@ -39,13 +39,14 @@ struct pel_dicom_file {
     uint64_t described, frame_count;
     bool big_endian, encapsulated, has_pixels;
     uint64_t pixel_offset, pixel_length; /* encapsulated: of the items, to the end of the file */
-    uint64_t *fragments;            /* owned; offset and length of each fragment of encapsulated data */
+    uint64_t *fragments;                 /* owned; offset and length of each fragment of encapsulated data */
     uint64_t fragment_count;
-    uint64_t *table;                /* owned; the basic offset table: where each frame's first fragment stands from the first one on */
+    uint64_t *table; /* owned; the basic offset table: where each frame's first fragment stands from the first one on */
     uint64_t table_count;
 };
 
-/* Reads the header. Nothing in it is believed that does not fit into the file. *is_dicom tells, also on failure, whether the file looked like one. */
+/* Reads the header. Nothing in it is believed that does not fit into the file. *is_dicom tells, also on failure, whether the file looked
+ * like one. */
 bool pel_dicom_file_open(struct pel_dicom_file *file, const char *path, bool *is_dicom, struct pel_error *error);
 void pel_dicom_file_finish(struct pel_dicom_file *file); /* accepts a zeroed one */
 

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
-/* JPEG inside of DICOM. This text is compiled three times, for the three widths of a sample that libgdcmjpeg (GDCM's copy of the JPEG group's library,
- * with the lossless process that most others lack) is built for: dicom_jpeg8.c, dicom_jpeg12.c and dicom_jpeg16.c name the function and include the width's
- * headers in front of it. */
+/* JPEG inside of DICOM. This text is compiled three times, for the three widths of a sample that libgdcmjpeg (GDCM's copy of the JPEG
+ * group's library, with the lossless process that most others lack) is built for: dicom_jpeg8.c, dicom_jpeg12.c and dicom_jpeg16.c name the
+ * function and include the width's headers in front of it. */
 #include <setjmp.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -78,8 +78,13 @@ bool PEL_JPEG_FUNCTION(const unsigned char *bytes, size_t size, const struct pel
 {
     struct jpeg_decompress_struct jpeg;
     struct trouble trouble = { .why = why };
-    struct jpeg_source_mgr source = { .next_input_byte = bytes, .bytes_in_buffer = size, .init_source = no_source,
-        .fill_input_buffer = no_more_bytes, .skip_input_data = skip_bytes, .resync_to_restart = jpeg_resync_to_restart, .term_source = no_source };
+    struct jpeg_source_mgr source = { .next_input_byte = bytes,
+                                      .bytes_in_buffer = size,
+                                      .init_source = no_source,
+                                      .fill_input_buffer = no_more_bytes,
+                                      .skip_input_data = skip_bytes,
+                                      .resync_to_restart = jpeg_resync_to_restart,
+                                      .term_source = no_source };
     JSAMPLE *row = malloc((size_t)shape->columns * shape->samples * sizeof *row);
     memset(&jpeg, 0, sizeof jpeg);
     jpeg.err = jpeg_std_error(&trouble.base);

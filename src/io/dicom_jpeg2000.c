@@ -63,7 +63,8 @@ static bool gather(const opj_image_t *image, const struct pel_dicom_frame_shape 
         const opj_image_comp_t *c = &image->comps[s];
         if (c->w != shape->columns || c->h != shape->rows || !c->data || c->prec > 8 * shape->bytes)
             return false;
-        uint32_t mask = c->prec < 32 ? (1u << c->prec) - 1 : UINT32_MAX; /* a negative number is cut to its bits, as uncompressed ones are */
+        uint32_t mask =
+            c->prec < 32 ? (1u << c->prec) - 1 : UINT32_MAX; /* a negative number is cut to its bits, as uncompressed ones are */
         for (size_t i = 0; i < count; i++)
             for (unsigned b = 0; b < shape->bytes; b++)
                 out[(i * shape->samples + s) * shape->bytes + b] = (unsigned char)(((uint32_t)c->data[i] & mask) >> 8 * b);

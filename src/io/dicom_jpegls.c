@@ -35,8 +35,8 @@ bool pel_dicom_jpegls(const unsigned char *bytes, size_t size, const struct pel_
     snprintf(why, PEL_DICOM_WHY, "no memory");
     if (decoder && plain) {
         ok = decode(decoder, bytes, size, shape, plain, length, &planes, &code);
-        snprintf(why, PEL_DICOM_WHY, "%.190s", code == CHARLS_JPEGLS_ERRC_SUCCESS ? "it unpacks to another size than its header says"
-                                                                                  : charls_get_error_message(code));
+        snprintf(why, PEL_DICOM_WHY, "%.190s",
+                 code == CHARLS_JPEGLS_ERRC_SUCCESS ? "it unpacks to another size than its header says" : charls_get_error_message(code));
     }
     for (size_t i = 0; ok && i < count; i++)
         for (unsigned s = 0; s < shape->samples; s++)

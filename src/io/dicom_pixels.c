@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
-/* The stored pixels of a DICOM file: what of them can be read, where each frame's bytes are, and DICOM's own run-length encoding (PS3.5, annex G). JPEG and
- * its relatives are unpacked in dicom_decode.c. */
+/* The stored pixels of a DICOM file: what of them can be read, where each frame's bytes are, and DICOM's own run-length encoding (PS3.5,
+ * annex G). JPEG and its relatives are unpacked in dicom_decode.c. */
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -78,7 +78,8 @@ static bool find_frame(const struct pel_dicom_file *f, uint64_t frame, uint64_t 
     for (*end = *first; *end < f->fragment_count; ++*end)
         if (frame + 1 < f->frame_count && f->fragments[2 * *end] - 8 - base >= f->table[frame + 1])
             break;
-    return *first < *end || pel_fail(error, PEL_ERROR_FORMAT, "the offset table has no bytes for frame %llu", (unsigned long long)(frame + 1));
+    return *first < *end ||
+           pel_fail(error, PEL_ERROR_FORMAT, "the offset table has no bytes for frame %llu", (unsigned long long)(frame + 1));
 }
 
 /* One run-length encoded segment into every `step`th byte of `count`. */
@@ -104,7 +105,8 @@ static uint32_t little32(const unsigned char *p)
 }
 
 /* A segment a byte of a pixel: of each sample, the highest byte first. */
-static bool decode_rle(const struct pel_dicom_pixels *p, const unsigned char *bytes, size_t size, unsigned char *out, struct pel_error *error)
+static bool decode_rle(const struct pel_dicom_pixels *p, const unsigned char *bytes, size_t size, unsigned char *out,
+                       struct pel_error *error)
 {
     size_t width = (size_t)p->allocated / 8, pixel = width * (size_t)p->samples, count = (size_t)p->rows * p->columns;
     uint32_t segments = size >= 64 ? little32(bytes) : 0;

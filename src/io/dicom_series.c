@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
-/* From a heap of DICOM slices to one volume; see dicom_series.h. A folder may hold several series, localizers beside the stack, the same stack at several
- * times, copies, and gaps; names and the order of files mean nothing. */
+/* From a heap of DICOM slices to one volume; see dicom_series.h. A folder may hold several series, localizers beside the stack, the same
+ * stack at several times, copies, and gaps; names and the order of files mean nothing. */
 #include "dicom_series.h"
 
 #include <math.h>
@@ -70,8 +70,13 @@ static const struct pel_dicom_file *choose_series(struct pel_dicom_file *const *
         const struct pel_dicom_pixels *p = &all[s].first->pixels;
         size_t used = strlen(names);
         series_name(all[s].first, name, sizeof name);
-        pel_info_array(info, name, p->is_float ? (p->allocated == 64 ? PEL_F64 : PEL_F32) : p->allocated == 8 ? (p->is_signed ? PEL_I8 : PEL_U8)
-                       : p->allocated == 16 ? (p->is_signed ? PEL_I16 : PEL_U16) : p->is_signed ? PEL_I32 : PEL_U32, p->samples);
+        pel_info_array(info, name,
+                       p->is_float          ? (p->allocated == 64 ? PEL_F64 : PEL_F32)
+                       : p->allocated == 8  ? (p->is_signed ? PEL_I8 : PEL_U8)
+                       : p->allocated == 16 ? (p->is_signed ? PEL_I16 : PEL_U16)
+                       : p->is_signed       ? PEL_I32
+                                            : PEL_U32,
+                       p->samples);
         snprintf(names + used, sizeof names - used, "%s\"%s\" (%llu)", used ? ", " : "", name, (unsigned long long)all[s].slices);
         if (wanted && !found && is_wanted(all[s].first, wanted))
             found = all[s].first;
@@ -199,18 +204,21 @@ static void keep_single(struct pel_dicom_slice *slices, size_t *count, double st
 }
 
 /* Holds the positions against even steps. */
-static bool check_steps(const struct pel_dicom_slice *slices, size_t count, double step, struct pel_file_info *info, struct pel_error *error)
+static bool check_steps(const struct pel_dicom_slice *slices, size_t count, double step, struct pel_file_info *info,
+                        struct pel_error *error)
 {
     double first = slices[0].position, mean = (slices[count - 1].position - first) / (double)(count - 1), worst = 0;
     for (size_t i = 1; i < count; i++) {
         double gap = slices[i].position - slices[i - 1].position;
         if (gap > 1.5 * step)
-            return pel_fail(error, PEL_ERROR_FORMAT, "slices are missing: %.5g mm lie between %.60s and %.60s, elsewhere %.5g: find the %.0f missing",
-                            gap, pel_dicom_file_name(slices[i - 1].file), pel_dicom_file_name(slices[i].file), step, round(gap / step) - 1);
+            return pel_fail(error, PEL_ERROR_FORMAT,
+                            "slices are missing: %.5g mm lie between %.60s and %.60s, elsewhere %.5g: find the %.0f missing", gap,
+                            pel_dicom_file_name(slices[i - 1].file), pel_dicom_file_name(slices[i].file), step, round(gap / step) - 1);
         worst = fmax(worst, fabs(slices[i].position - first - mean * (double)i) / mean);
     }
     if (worst > WRONG)
-        return pel_fail(error, PEL_ERROR_UNSUPPORTED, "the slices are unevenly spaced: up to %.2g of a step (%.5g mm) off an even grid", worst, mean);
+        return pel_fail(error, PEL_ERROR_UNSUPPORTED, "the slices are unevenly spaced: up to %.2g of a step (%.5g mm) off an even grid",
+                        worst, mean);
     if (worst > UNEVEN)
         pel_info_note(info, "the slices are unevenly spaced, by up to %.2g of a step: even steps of %.5g mm are taken", worst, mean);
     return true;
@@ -282,7 +290,7 @@ bool pel_dicom_series_choose(struct pel_dicom_file *const *files, size_t file_co
     *count = 0;
     for (size_t i = 0; i < file_count; i++)
         for (uint64_t frame = 0; !strcmp(files[i]->series_uid, series->series_uid) && frame < files[i]->frame_count; frame++)
-            slices[(*count)++] = (struct pel_dicom_slice){ .file = files[i], .frame = frame };
+            slices[(*count)++] = (struct pel_dicom_slice) { .file = files[i], .frame = frame };
     keep_alike(slices, count, info);
     if (!find_normal(&slices[0], normal))
         return pel_fail(error, PEL_ERROR_FORMAT, "%s: rows and columns do not lie at right angles (ImageOrientationPatient)",

@@ -14,9 +14,10 @@ struct pel_dicom_slice {
     int group;
 };
 
-/* Of `files`, takes the slices that make one volume: those of the series that is asked for, or else of the largest one, in its largest group of equal
- * shape and orientation, sorted along their normal, one at each position. `slices` has room for all frames; *count becomes the number that is taken. Notes tell what is left out. Sets the placement
- * of `volume`. Fails where slices are missing, for then the rest would stand at wrong places. */
+/* Of `files`, takes the slices that make one volume: those of the series that is asked for, or else of the largest one, in its largest
+ * group of equal shape and orientation, sorted along their normal, one at each position. `slices` has room for all frames; *count becomes
+ * the number that is taken. Notes tell what is left out. Sets the placement of `volume`. Fails where slices are missing, for then the rest
+ * would stand at wrong places. */
 bool pel_dicom_series_choose(struct pel_dicom_file *const *files, size_t file_count, const char *wanted, struct pel_dicom_slice *slices,
                              size_t *count, struct pel_volume *volume, struct pel_file_info *info, struct pel_error *error);
 

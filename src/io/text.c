@@ -167,14 +167,30 @@ static bool store(enum pel_type type, double value, void *out, size_t i)
     if (type < PEL_F32 && !(value >= least[type] && value <= greatest[type]))
         return false;
     switch (type) {
-    case PEL_U8: ((uint8_t *)out)[i] = (uint8_t)value; break;
-    case PEL_I8: ((int8_t *)out)[i] = (int8_t)value; break;
-    case PEL_U16: ((uint16_t *)out)[i] = (uint16_t)value; break;
-    case PEL_I16: ((int16_t *)out)[i] = (int16_t)value; break;
-    case PEL_U32: ((uint32_t *)out)[i] = (uint32_t)value; break;
-    case PEL_I32: ((int32_t *)out)[i] = (int32_t)value; break;
-    case PEL_F32: ((float *)out)[i] = (float)value; break;
-    default: ((double *)out)[i] = value; break;
+    case PEL_U8:
+        ((uint8_t *)out)[i] = (uint8_t)value;
+        break;
+    case PEL_I8:
+        ((int8_t *)out)[i] = (int8_t)value;
+        break;
+    case PEL_U16:
+        ((uint16_t *)out)[i] = (uint16_t)value;
+        break;
+    case PEL_I16:
+        ((int16_t *)out)[i] = (int16_t)value;
+        break;
+    case PEL_U32:
+        ((uint32_t *)out)[i] = (uint32_t)value;
+        break;
+    case PEL_I32:
+        ((int32_t *)out)[i] = (int32_t)value;
+        break;
+    case PEL_F32:
+        ((float *)out)[i] = (float)value;
+        break;
+    default:
+        ((double *)out)[i] = value;
+        break;
     }
     return true;
 }
@@ -186,8 +202,9 @@ bool pel_text_numbers(struct pel_text *text, enum pel_type type, size_t count, v
         if (!pel_text_word(text, word, sizeof word)) {
             if (text->failed)
                 return false;
-            return pel_fail(text->error, PEL_ERROR_FORMAT, *word && pel_text_peek(text) >= 0 ? "number %zu of %zu is no number" :
-                            "there are only %zu of %zu numbers", i, count);
+            return pel_fail(text->error, PEL_ERROR_FORMAT,
+                            *word && pel_text_peek(text) >= 0 ? "number %zu of %zu is no number" : "there are only %zu of %zu numbers", i,
+                            count);
         }
         if (!out)
             continue;

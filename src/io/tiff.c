@@ -17,7 +17,8 @@
 static bool probe_tiff(const unsigned char *bytes, size_t size, const char *path)
 {
     (void)path;
-    return size >= 8 && (!memcmp(bytes, "II*\0", 4) || !memcmp(bytes, "MM\0*", 4) || !memcmp(bytes, "II+\0", 4) || !memcmp(bytes, "MM\0+", 4));
+    return size >= 8 &&
+           (!memcmp(bytes, "II*\0", 4) || !memcmp(bytes, "MM\0*", 4) || !memcmp(bytes, "II+\0", 4) || !memcmp(bytes, "MM\0+", 4));
 }
 
 /* Numbers in names count as numbers: slice2 comes before slice10. */

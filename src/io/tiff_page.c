@@ -12,15 +12,16 @@
 #include "alloc.h"
 #include "fail.h"
 
-/* Compressed pages are taken to hold at most so many bytes a byte of the file: more than deflate can do (1032), and than any real stack has. */
+/* Compressed pages are taken to hold at most so many bytes a byte of the file: more than deflate can do (1032), and than any real stack
+ * has. */
 #define RATIO 4096
 
 struct pel_tiff {
     TIFF *handle;
-    FILE *file;            /* the file as it is; NULL where `bytes` are */
-    unsigned char *bytes;  /* owned: a gzip'd file, unpacked; libtiff must seek */
+    FILE *file;           /* the file as it is; NULL where `bytes` are */
+    unsigned char *bytes; /* owned: a gzip'd file, unpacked; libtiff must seek */
     uint64_t length, at;
-    char message[256];     /* the first error that libtiff told since the last step */
+    char message[256]; /* the first error that libtiff told since the last step */
 };
 
 static tmsize_t client_read(thandle_t handle, void *out, tmsize_t size)
@@ -125,7 +126,8 @@ struct pel_tiff *pel_tiff_open(const char *path, struct pel_error *error)
     TIFFOpenOptionsSetErrorHandlerExtR(options, on_error, tiff);
     TIFFOpenOptionsSetWarningHandlerExtR(options, on_warning, tiff);
     /* m: no memory map, which would kill the program if the file shrank meanwhile */
-    tiff->handle = TIFFClientOpenExt("TIFF", "rm", tiff, client_read, client_write, client_seek, client_close, client_size, NULL, NULL, options);
+    tiff->handle =
+        TIFFClientOpenExt("TIFF", "rm", tiff, client_read, client_write, client_seek, client_close, client_size, NULL, NULL, options);
     TIFFOpenOptionsFree(options);
     if (tiff->handle)
         return tiff;
@@ -187,8 +189,9 @@ static bool find_type(struct pel_tiff_page *page, unsigned format, struct pel_er
     else if (format == SAMPLEFORMAT_UINT || format == SAMPLEFORMAT_VOID)
         page->type = page->bits == 8 || page->bits == 1 ? PEL_U8 : page->bits == 16 ? PEL_U16 : page->bits == 32 ? PEL_U32 : PEL_TYPE_COUNT;
     if (page->type == PEL_TYPE_COUNT)
-        return pel_fail(error, PEL_ERROR_UNSUPPORTED, "numbers of %d bits (sample format %u) are not read; 1, 8, 16 and 32 bits are, and floats of 32 and 64",
-                        page->bits, format);
+        return pel_fail(error, PEL_ERROR_UNSUPPORTED,
+                        "numbers of %d bits (sample format %u) are not read; 1, 8, 16 and 32 bits are, and floats of 32 and 64", page->bits,
+                        format);
     return true;
 }
 
@@ -265,8 +268,8 @@ static void read_ome(const char *text, locale_t locale, struct pel_tiff_page *pa
         pel_copy_text(page->units, sizeof page->units, strcmp(unit, "\xc2\xb5m") && strcmp(unit, "\xce\xbcm") ? unit : "um");
 }
 
-/* Distances. Without ImageJ or OME a resolution is that of a scanner or a screen (72 dots an inch), and says nothing of the distance of slices: only its
- * ratio is taken, where pixels are not square. */
+/* Distances. Without ImageJ or OME a resolution is that of a scanner or a screen (72 dots an inch), and says nothing of the distance of
+ * slices: only its ratio is taken, where pixels are not square. */
 static void find_spacing(TIFF *handle, struct pel_tiff_page *page)
 {
     float x = 0, y = 0;
@@ -370,8 +373,8 @@ static size_t row_bytes(const struct pel_tiff_page *page, uint32_t width)
 }
 
 /* Reads strip or tile after strip or tile. */
-static bool read_chunks(struct pel_tiff *tiff, const struct pel_tiff_page *page, const struct chunk *shape, unsigned char *buffer, size_t size,
-                        unsigned char *out, struct pel_error *error)
+static bool read_chunks(struct pel_tiff *tiff, const struct pel_tiff_page *page, const struct chunk *shape, unsigned char *buffer,
+                        size_t size, unsigned char *out, struct pel_error *error)
 {
     bool tiled = TIFFIsTiled(tiff->handle);
     struct chunk chunk = *shape;
@@ -384,8 +387,9 @@ static bool read_chunks(struct pel_tiff *tiff, const struct pel_tiff_page *page,
                 chunk.y = (uint32_t)y;
                 size_t rows = tiled || page->height - y > shape->height ? shape->height : page->height - (size_t)y;
                 size_t wanted = rows * chunk.pitch;
-                tmsize_t got = wanted > size ? -1 : tiled ? TIFFReadEncodedTile(tiff->handle, number, buffer, (tmsize_t)wanted)
-                                                          : TIFFReadEncodedStrip(tiff->handle, number, buffer, (tmsize_t)wanted);
+                tmsize_t got = wanted > size ? -1
+                               : tiled       ? TIFFReadEncodedTile(tiff->handle, number, buffer, (tmsize_t)wanted)
+                                             : TIFFReadEncodedStrip(tiff->handle, number, buffer, (tmsize_t)wanted);
                 if (got < 0 || (size_t)got != wanted || *tiff->message)
                     return fail_with(tiff, error, tiled ? "a tile is damaged" : "a strip is damaged");
                 place_chunk(&chunk, page, plane, out);

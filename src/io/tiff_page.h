@@ -12,17 +12,17 @@ struct pel_tiff_page {
     uint32_t width, height;
     enum pel_type type;
     int components;
-    int bits;               /* stored bits a number: 8 and more as the type's, or 1, which becomes a u8 */
-    bool planes;            /* components lie in planes of their own */
-    bool palette;           /* colours of a palette that is no gray ramp */
+    int bits;     /* stored bits a number: 8 and more as the type's, or 1, which becomes a u8 */
+    bool planes;  /* components lie in planes of their own */
+    bool palette; /* colours of a palette that is no gray ramp */
     bool white_is_zero;
-    uint64_t ratio;         /* at most so many bytes of samples can come out of a byte of the file */
-    double spacing[3];      /* 0: not told */
+    uint64_t ratio;    /* at most so many bytes of samples can come out of a byte of the file */
+    double spacing[3]; /* 0: not told */
     char units[16];
-    uint64_t run;           /* ImageJ: slices that lie behind one another though only the first has a page; else 0 */
-    uint64_t data;          /* where they begin in the file */
+    uint64_t run;              /* ImageJ: slices that lie behind one another though only the first has a page; else 0 */
+    uint64_t data;             /* where they begin in the file */
     uint64_t channels, frames; /* ImageJ: how the slices are made up; 1 where nothing is told */
-    uint64_t slice_step;    /* each so many-th slice makes the volume; see pel_tiff_choose_slices */
+    uint64_t slice_step;       /* each so many-th slice makes the volume; see pel_tiff_choose_slices */
 };
 
 /* Opens a file, gzip'd or not. Its messages and warnings go nowhere but into the errors of these functions. */

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
-/* VTK XML ImageData (.vti): the samples. vti_scan.c has told what arrays there are and where; here the chosen one is read in a second, forward
- * walk. The encodings are layers: text or bytes of the file -> base64 -> zlib blocks -> samples, each pulled piece by piece, so that
- * nothing but the volume is as large as the volume. Format: "VTK XML Formats" (docs.vtk.org). */
+/* VTK XML ImageData (.vti): the samples. vti_scan.c has told what arrays there are and where; here the chosen one is read in a second,
+ * forward walk. The encodings are layers: text or bytes of the file -> base64 -> zlib blocks -> samples, each pulled piece by piece, so
+ * that nothing but the volume is as large as the volume. Format: "VTK XML Formats" (docs.vtk.org). */
 #include <stdlib.h>
 #include <string.h>
 #include <zlib.h>
@@ -39,7 +39,8 @@ static int base64_digit(int c)
     return c == '+' ? 62 : c == '/' ? 63 : -1;
 }
 
-/* Decodes one group of four characters. '=' ends a group but not the data: a block's header and the blocks are encoded one after the other. */
+/* Decodes one group of four characters. '=' ends a group but not the data: a block's header and the blocks are encoded one after the other.
+ */
 static bool decode_group(struct source *s)
 {
     uint32_t bits = 0;
@@ -195,8 +196,7 @@ static bool read_binary(struct source *s, const struct pel_vti_header *h, const 
     free(blocks.packed);
     if (ok && h->big_endian != PEL_HOST_BIG_ENDIAN)
         pel_swap_bytes(volume->data, bytes / pel_type_size(type), pel_type_size(type));
-    return ok && (array->type < PEL_TYPE_COUNT ||
-                  pel_int64_to_f64(volume->data, bytes / 8, array->type == PEL_FILE_U64, s->error));
+    return ok && (array->type < PEL_TYPE_COUNT || pel_int64_to_f64(volume->data, bytes / 8, array->type == PEL_FILE_U64, s->error));
 }
 
 /* Goes to where the array's data begin. */
@@ -301,7 +301,7 @@ static bool read_chosen(const char *path, const struct pel_vti_header *h, const 
 }
 
 static bool read_vti(const char *path, const struct pel_read_params *params, struct pel_volume *volume, struct pel_file_info *info,
-                 struct pel_error *error)
+                     struct pel_error *error)
 {
     struct pel_vti_header *header = pel_alloc(1, sizeof *header, "VTK header", error);
     bool ok = header && pel_vti_scan(path, header, info, error) && read_chosen(path, header, params, volume, info, error);

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: MIT */
-/* VTK XML ImageData: what the XML part of a file says (vti_scan.c) for the part that reads samples (vti.c) and the one that writes (vti_write.c). */
+/* VTK XML ImageData: what the XML part of a file says (vti_scan.c) for the part that reads samples (vti.c) and the one that writes
+ * (vti_write.c). */
 #ifndef PEL_IO_VTI_H
 #define PEL_IO_VTI_H
 
@@ -13,21 +14,21 @@
 
 struct pel_vti_array {
     char name[128];
-    int type;        /* enum pel_type or pel_file_type */
+    int type; /* enum pel_type or pel_file_type */
     int components;
-    bool cells;      /* of the cells, not of the points */
-    int rank;        /* the highest is read where nobody chose */
+    bool cells; /* of the cells, not of the points */
+    int rank;   /* the highest is read where nobody chose */
     enum { PEL_VTI_ASCII, PEL_VTI_BINARY, PEL_VTI_APPENDED } format;
     uint64_t offset; /* ASCII and BINARY: in the (unpacked) file, of the first number; APPENDED: from the beginning of the appended data */
 };
 
 struct pel_vti_header {
-    long long extent[6];       /* of the piece: first and last index along x, y, z */
+    long long extent[6];                        /* of the piece: first and last index along x, y, z */
     double origin[3], spacing[3], direction[9]; /* of index 0, 0, 0; direction: rows of a matrix whose columns are the axes */
     bool big_endian, compressed;
-    int word;                  /* bytes of a number in a block header: 4 or 8 */
-    bool base64;               /* appended data are in base64, else raw */
-    uint64_t appended;         /* place in the (unpacked) file behind the tag AppendedData; 0: there is none */
+    int word;          /* bytes of a number in a block header: 4 or 8 */
+    bool base64;       /* appended data are in base64, else raw */
+    uint64_t appended; /* place in the (unpacked) file behind the tag AppendedData; 0: there is none */
     struct pel_vti_array arrays[PEL_MAX_ARRAYS];
     int array_count;
     char units[16], space[16]; /* from FieldData */

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
-/* The XML part of a VTK ImageData file (.vti), with expat. Only elements and where they stand are taken in here: samples may be gigabytes, and
- * appended raw ones are no XML at all, so parsing ends at the tag AppendedData, and text inside of arrays is stepped over. */
+/* The XML part of a VTK ImageData file (.vti), with expat. Only elements and where they stand are taken in here: samples may be gigabytes,
+ * and appended raw ones are no XML at all, so parsing ends at the tag AppendedData, and text inside of arrays is stepped over. */
 #include <expat.h>
 #include <math.h>
 #include <stdio.h>
@@ -26,14 +26,14 @@ struct scan {
     struct pel_text *numbers; /* only for reading numbers in attributes */
     bool failed, done;
     enum place place;
-    int skipped;              /* depth inside of an element that means nothing to us */
+    int skipped; /* depth inside of an element that means nothing to us */
     int pieces;
     long long whole[6];
-    struct pel_vti_array *current; /* the array whose element is open, or NULL */
-    bool awaits_text;              /* its numbers, which stand in it, have not begun */
+    struct pel_vti_array *current;         /* the array whose element is open, or NULL */
+    bool awaits_text;                      /* its numbers, which stand in it, have not begun */
     char scalars[2][128], vectors[2][128]; /* active arrays of points and of cells */
-    char field[64];           /* name of the open FieldData array that is ours, or "" */
-    char content[256];        /* its text */
+    char field[64];                        /* name of the open FieldData array that is ours, or "" */
+    char content[256];                     /* its text */
 };
 
 static void stop(struct scan *scan)
@@ -105,8 +105,8 @@ static void start_file(struct scan *scan, const char **attributes)
     else if (word && strcmp(word, "UInt32") && strcmp(word, "UInt64"))
         refuse(scan, PEL_ERROR_FORMAT, "header_type=\"%.40s\" is neither UInt32 nor UInt64", word);
     else if (compressor && *compressor && strcmp(compressor, "vtkZLibDataCompressor"))
-        refuse(scan, PEL_ERROR_UNSUPPORTED, "compressor %.40s is not read; only vtkZLibDataCompressor (zlib) is: write the file with that one",
-               compressor);
+        refuse(scan, PEL_ERROR_UNSUPPORTED,
+               "compressor %.40s is not read; only vtkZLibDataCompressor (zlib) is: write the file with that one", compressor);
     h->big_endian = order && !strcmp(order, "BigEndian");
     h->word = word && !strcmp(word, "UInt64") ? 8 : 4;
     h->compressed = compressor && *compressor;
@@ -153,8 +153,8 @@ static int find_type(const char *name)
         const char *name;
         int type;
     } types[] = {
-        { "Int8", PEL_I8 }, { "UInt8", PEL_U8 }, { "Int16", PEL_I16 }, { "UInt16", PEL_U16 }, { "Int32", PEL_I32 }, { "UInt32", PEL_U32 },
-        { "Int64", PEL_FILE_I64 }, { "UInt64", PEL_FILE_U64 }, { "Float32", PEL_F32 }, { "Float64", PEL_F64 },
+        { "Int8", PEL_I8 },    { "UInt8", PEL_U8 },       { "Int16", PEL_I16 },       { "UInt16", PEL_U16 },  { "Int32", PEL_I32 },
+        { "UInt32", PEL_U32 }, { "Int64", PEL_FILE_I64 }, { "UInt64", PEL_FILE_U64 }, { "Float32", PEL_F32 }, { "Float64", PEL_F64 },
     };
     for (size_t i = 0; name && i < sizeof types / sizeof *types; i++)
         if (!strcmp(name, types[i].name))
@@ -293,8 +293,10 @@ static void XMLCALL end_element(void *user, const char *name)
     } else if (scan->current) {
         scan->current = NULL;
     } else {
-        scan->place = scan->place == POINTS || scan->place == CELLS ? PIECE : scan->place == PIECE || scan->place == FIELD ? IMAGE
-                    : scan->place == IMAGE ? FILE_TAG : OUTSIDE;
+        scan->place = scan->place == POINTS || scan->place == CELLS  ? PIECE
+                      : scan->place == PIECE || scan->place == FIELD ? IMAGE
+                      : scan->place == IMAGE                         ? FILE_TAG
+                                                                     : OUTSIDE;
     }
 }
 
@@ -302,7 +304,8 @@ static void XMLCALL text_piece(void *user, const char *text, int length)
 {
     struct scan *scan = user;
     size_t used = strlen(scan->content);
-    /* The numbers of an array stand before or behind elements inside of it (InformationKey): they begin with the first text that is no space. */
+    /* The numbers of an array stand before or behind elements inside of it (InformationKey): they begin with the first text that is no
+     * space. */
     if (scan->awaits_text && !scan->skipped && scan->current) {
         int space = 0;
         while (space < length && (text[space] == ' ' || (text[space] >= '\t' && text[space] <= '\r')))

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
-/* Writing VTK XML ImageData (.vti): appended raw data, in zlib blocks where compression is asked for. What a volume has and ImageData has not
- * (units, the meaning of the axes, the void value) goes into FieldData, where VTK keeps it and our reader finds it again. */
+/* Writing VTK XML ImageData (.vti): appended raw data, in zlib blocks where compression is asked for. What a volume has and ImageData has
+ * not (units, the meaning of the axes, the void value) goes into FieldData, where VTK keeps it and our reader finds it again. */
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -61,7 +61,8 @@ static void write_field(FILE *file, const struct pel_volume *volume)
     if (space)
         write_string(file, PEL_VTI_SPACE, pel_space_name(volume->space));
     if (volume->has_void)
-        fprintf(file, "      <DataArray type=\"Float64\" Name=\"" PEL_VTI_VOID "\" NumberOfTuples=\"1\" format=\"ascii\">%.17g</DataArray>\n",
+        fprintf(file,
+                "      <DataArray type=\"Float64\" Name=\"" PEL_VTI_VOID "\" NumberOfTuples=\"1\" format=\"ascii\">%.17g</DataArray>\n",
                 volume->void_value);
     if (volume->labels)
         fputs("      <DataArray type=\"UInt8\" Name=\"" PEL_VTI_LABELS "\" NumberOfTuples=\"1\" format=\"ascii\">1</DataArray>\n", file);
@@ -76,8 +77,9 @@ static void write_head(FILE *file, const struct pel_volume *volume, bool compres
     const char *name = *volume->name ? volume->name : "values";
     fprintf(file, "<?xml version=\"1.0\"?>\n<VTKFile type=\"ImageData\" version=\"1.0\" byte_order=\"%s\" header_type=\"UInt64\"%s>\n",
             PEL_HOST_BIG_ENDIAN ? "BigEndian" : "LittleEndian", compress ? " compressor=\"vtkZLibDataCompressor\"" : "");
-    fprintf(file, "  <ImageData WholeExtent=\"0 %zu 0 %zu 0 %zu\" Origin=\"%.17g %.17g %.17g\" Spacing=\"%.17g %.17g %.17g\" ", last[0], last[1],
-            last[2], volume->origin[0], volume->origin[1], volume->origin[2], volume->spacing[0], volume->spacing[1], volume->spacing[2]);
+    fprintf(file, "  <ImageData WholeExtent=\"0 %zu 0 %zu 0 %zu\" Origin=\"%.17g %.17g %.17g\" Spacing=\"%.17g %.17g %.17g\" ", last[0],
+            last[1], last[2], volume->origin[0], volume->origin[1], volume->origin[2], volume->spacing[0], volume->spacing[1],
+            volume->spacing[2]);
     fprintf(file, "Direction=\"%.17g %.17g %.17g %.17g %.17g %.17g %.17g %.17g %.17g\">\n", d[0][0], d[1][0], d[2][0], d[0][1], d[1][1],
             d[2][1], d[0][2], d[1][2], d[2][2]);
     write_field(file, volume);
@@ -159,8 +161,8 @@ bool pel_vti_write(const char *path, const struct pel_volume *volume, const stru
     if (!pel_safe_file_open(&out, path, error))
         return false;
     write_head(out.file, volume, params->compress);
-    bool ok = params->compress ? write_compressed(&out, volume, &params->progress, error)
-                               : write_plain(&out, volume, &params->progress, error);
+    bool ok =
+        params->compress ? write_compressed(&out, volume, &params->progress, error) : write_plain(&out, volume, &params->progress, error);
     fputs("\n  </AppendedData>\n</VTKFile>\n", out.file);
     ok = ok && pel_safe_file_commit(&out, error);
     pel_safe_file_abort(&out);

@@ -17,14 +17,19 @@ static bool probe_vtk(const unsigned char *bytes, size_t size, const char *path)
     return size >= 14 && !memcmp(bytes, "# vtk DataFile", 14);
 }
 
-/* What is read where nobody chose: the first scalars, else the first vectors, else the first that can be read, of one component if there is. */
+/* What is read where nobody chose: the first scalars, else the first vectors, else the first that can be read, of one component if there
+ * is. */
 static int default_array(const struct pel_vtk_header *h)
 {
     int best = 0, best_rank = 0;
     for (int i = 0; i < h->array_count; i++) {
         const struct pel_vtk_array *array = &h->arrays[i];
-        int rank = array->components > 4 ? 0 : array->kind == PEL_VTK_SCALARS && array->components == 1 ? 5 : array->kind == PEL_VTK_SCALARS ? 4
-                 : array->kind == PEL_VTK_VECTORS ? 3 : array->components == 1 ? 2 : 1;
+        int rank = array->components > 4                                      ? 0
+                   : array->kind == PEL_VTK_SCALARS && array->components == 1 ? 5
+                   : array->kind == PEL_VTK_SCALARS                           ? 4
+                   : array->kind == PEL_VTK_VECTORS                           ? 3
+                   : array->components == 1                                   ? 2
+                                                                              : 1;
         if (rank > best_rank) {
             best_rank = rank;
             best = i;
@@ -115,7 +120,7 @@ static void close_text(struct pel_vtk_header *h)
 }
 
 static bool read_vtk(const char *path, const struct pel_read_params *params, struct pel_volume *volume, struct pel_file_info *info,
-                 struct pel_error *error)
+                     struct pel_error *error)
 {
     bool ok = false;
     struct pel_vtk_header *h = pel_alloc(1, sizeof *h, "VTK header", error);

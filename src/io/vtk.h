@@ -27,7 +27,7 @@ struct pel_vtk_header {
     uint64_t dims[3]; /* of points; 0 until DIMENSIONS was met */
     double origin[3], spacing[3];
     enum pel_vtk_section { PEL_VTK_NOWHERE, PEL_VTK_POINTS, PEL_VTK_CELLS } section;
-    uint64_t tuples;  /* samples that each array of the section has; 0 before the first section */
+    uint64_t tuples; /* samples that each array of the section has; 0 before the first section */
     struct pel_vtk_array arrays[PEL_MAX_ARRAYS];
     int array_count;
 };

@@ -17,9 +17,20 @@ static bool find_type(const char *name, struct pel_vtk_array *array)
         const char *name;
         int type;
     } types[] = {
-        { "unsigned_char", PEL_U8 }, { "char", PEL_I8 }, { "signed_char", PEL_I8 }, { "unsigned_short", PEL_U16 }, { "short", PEL_I16 },
-        { "unsigned_int", PEL_U32 }, { "int", PEL_I32 }, { "vtkIdType", PEL_I32 }, { "float", PEL_F32 }, { "double", PEL_F64 },
-        { "bit", PEL_U8 }, { "long", PEL_FILE_I64 }, { "unsigned_long", PEL_FILE_U64 }, { "vtktypeint64", PEL_FILE_I64 },
+        { "unsigned_char", PEL_U8 },
+        { "char", PEL_I8 },
+        { "signed_char", PEL_I8 },
+        { "unsigned_short", PEL_U16 },
+        { "short", PEL_I16 },
+        { "unsigned_int", PEL_U32 },
+        { "int", PEL_I32 },
+        { "vtkIdType", PEL_I32 },
+        { "float", PEL_F32 },
+        { "double", PEL_F64 },
+        { "bit", PEL_U8 },
+        { "long", PEL_FILE_I64 },
+        { "unsigned_long", PEL_FILE_U64 },
+        { "vtktypeint64", PEL_FILE_I64 },
         { "vtktypeuint64", PEL_FILE_U64 },
     };
     array->bits = !strcasecmp(name, "bit");
@@ -234,8 +245,8 @@ static bool read_attribute_line(struct pel_vtk_header *h, const char *keyword, s
 /* PEL_VTK_SCALARS and its like: keyword name ... and the numbers from the next line on. */
 static bool read_attribute(struct pel_vtk_header *h, const char *keyword)
 {
-    static const char *const known[] = { "SCALARS", "VECTORS", "NORMALS", "COLOR_SCALARS", "TEXTURE_COORDINATES", "TENSORS", "TENSORS6",
-                                         "GLOBAL_IDS", "PEDIGREE_IDS", "EDGE_FLAGS" };
+    static const char *const known[] = { "SCALARS", "VECTORS",  "NORMALS",    "COLOR_SCALARS", "TEXTURE_COORDINATES",
+                                         "TENSORS", "TENSORS6", "GLOBAL_IDS", "PEDIGREE_IDS",  "EDGE_FLAGS" };
     struct pel_vtk_array array = { .name = "" };
     char word[256];
     bool is_known = false;

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: MIT */
-/* DICOM: the facts of a real series; series that are mixed, unordered, tilted, doubled or have gaps; every encoding of the header and of pixels; damage. */
+/* DICOM: the facts of a real series; series that are mixed, unordered, tilted, doubled or have gaps; every encoding of the header and of
+ * pixels; damage. */
 #include "support.h"
 
 #include <stdio.h>
@@ -39,7 +40,7 @@ static void put(struct file *f, const void *bytes, size_t size)
 static void put_number(struct file *f, uint32_t value, int size)
 {
     for (int i = 0; i < size; i++)
-        put(f, &(unsigned char){ (unsigned char)(value >> 8 * (f->big_endian ? size - 1 - i : i)) }, 1);
+        put(f, &(unsigned char) { (unsigned char)(value >> 8 * (f->big_endian ? size - 1 - i : i)) }, 1);
 }
 
 /* The beginning of an element. */
@@ -181,19 +182,21 @@ static void expect_numbers(const struct slice *s, int base, enum pel_type type, 
 static void numbers(void **state)
 {
     (void)state;
-    expect_numbers(&(struct slice){ .bits = 8 }, 250, PEL_U8, (double[]){ 250, 251, 252, 253, 254, 255 });
-    expect_numbers(&(struct slice){ .bits = 8, .is_signed = 1 }, 250, PEL_I8, (double[]){ -6, -5, -4, -3, -2, -1 });
-    expect_numbers(&(struct slice){ .bits = 16, .is_signed = 1 }, -3, PEL_I16, (double[]){ -3, -2, -1, 0, 1, 2 });
-    expect_numbers(&(struct slice){ .bits = 32 }, 70000, PEL_U32, (double[]){ 70000, 70001, 70002, 70003, 70004, 70005 });
+    expect_numbers(&(struct slice) { .bits = 8 }, 250, PEL_U8, (double[]) { 250, 251, 252, 253, 254, 255 });
+    expect_numbers(&(struct slice) { .bits = 8, .is_signed = 1 }, 250, PEL_I8, (double[]) { -6, -5, -4, -3, -2, -1 });
+    expect_numbers(&(struct slice) { .bits = 16, .is_signed = 1 }, -3, PEL_I16, (double[]) { -3, -2, -1, 0, 1, 2 });
+    expect_numbers(&(struct slice) { .bits = 32 }, 70000, PEL_U32, (double[]) { 70000, 70001, 70002, 70003, 70004, 70005 });
     /* 12 bits of 16: what stands above them is no part of the number */
-    expect_numbers(&(struct slice){ .stored = 12, .is_signed = 1 }, 0xf7fe, PEL_I16, (double[]){ 2046, 2047, -2048, -2047, -2046, -2045 });
+    expect_numbers(&(struct slice) { .stored = 12, .is_signed = 1 }, 0xf7fe, PEL_I16,
+                   (double[]) { 2046, 2047, -2048, -2047, -2046, -2045 });
     /* CT: whole numbers stay whole, and get another type only where they must */
-    expect_numbers(&(struct slice){ .slope = "1", .intercept = "-1024" }, 1022, PEL_I16, (double[]){ -2, -1, 0, 1, 2, 3 });
-    expect_numbers(&(struct slice){ .intercept = "-1024" }, 2000, PEL_U16, (double[]){ 976, 977, 978, 979, 980, 981 });
-    expect_numbers(&(struct slice){ .intercept = "10", .is_signed = 1 }, 32760, PEL_U16, (double[]){ 32770, 32771, 32772, 32773, 32774, 32775 });
-    expect_numbers(&(struct slice){ .intercept = "10" }, 65530, PEL_I32, (double[]){ 65540, 65541, 65542, 65543, 65544, 65545 });
-    expect_numbers(&(struct slice){ .slope = "0.5", .intercept = "1" }, 10, PEL_F32, (double[]){ 6, 6.5, 7, 7.5, 8, 8.5 });
-    expect_numbers(&(struct slice){ .intercept = "0.25" }, 10, PEL_F32, (double[]){ 10.25, 11.25, 12.25, 13.25, 14.25, 15.25 });
+    expect_numbers(&(struct slice) { .slope = "1", .intercept = "-1024" }, 1022, PEL_I16, (double[]) { -2, -1, 0, 1, 2, 3 });
+    expect_numbers(&(struct slice) { .intercept = "-1024" }, 2000, PEL_U16, (double[]) { 976, 977, 978, 979, 980, 981 });
+    expect_numbers(&(struct slice) { .intercept = "10", .is_signed = 1 }, 32760, PEL_U16,
+                   (double[]) { 32770, 32771, 32772, 32773, 32774, 32775 });
+    expect_numbers(&(struct slice) { .intercept = "10" }, 65530, PEL_I32, (double[]) { 65540, 65541, 65542, 65543, 65544, 65545 });
+    expect_numbers(&(struct slice) { .slope = "0.5", .intercept = "1" }, 10, PEL_F32, (double[]) { 6, 6.5, 7, 7.5, 8, 8.5 });
+    expect_numbers(&(struct slice) { .intercept = "0.25" }, 10, PEL_F32, (double[]) { 10.25, 11.25, 12.25, 13.25, 14.25, 15.25 });
 }
 
 static void colours(void **state)
@@ -210,7 +213,7 @@ static void colours(void **state)
                 assert_true(pel_volume_get(&v, i % 3, i / 3, 0, c) == (double)(planes ? (size_t)c * 6 + i : i * 3 + (size_t)c));
         pel_volume_finish(&v);
     }
-    write_slice(scratch("c.dcm"), &(struct slice){ .bits = 8, .samples = 3, .photometric = "YBR_FULL" }, 0);
+    write_slice(scratch("c.dcm"), &(struct slice) { .bits = 8, .samples = 3, .photometric = "YBR_FULL" }, 0);
     expect_bad(scratch("c.dcm"), "YBR_FULL");
 }
 
@@ -224,7 +227,8 @@ static const char *folder(const char *name)
     return scratch(name);
 }
 
-/* Slices z = 0, 1, ... at `step` mm, with numbers from 10 * z on, under names and in an order that say nothing. `missing` and `twice` are slices, or -1. */
+/* Slices z = 0, 1, ... at `step` mm, with numbers from 10 * z on, under names and in an order that say nothing. `missing` and `twice` are
+ * slices, or -1. */
 static void write_series(const char *name, int count, double step, int missing, int twice, const struct slice *like)
 {
     char path[600], position[64];
@@ -234,7 +238,8 @@ static void write_series(const char *name, int count, double step, int missing, 
             snprintf(position, sizeof position, "-1\\%g\\%.10g", s.rows == 4 ? 0.5 * z : -2.0, 7 + step * z);
             s.position = position;
             s.instance = 100 - z;
-            snprintf(path, sizeof path, "%s/%s%02d%s", scratch(name), like->series ? like->series : "x", (z * 7) % count, copy ? "copy" : "");
+            snprintf(path, sizeof path, "%s/%s%02d%s", scratch(name), like->series ? like->series : "x", (z * 7) % count,
+                     copy ? "copy" : "");
             write_slice(path, &s, 10 * z);
         }
 }
@@ -264,7 +269,7 @@ static void series_in_order(void **state)
     (void)state;
     struct pel_volume v;
     folder("s");
-    write_series("s", 8, 3, -1, -1, &(struct slice){ STANDARD });
+    write_series("s", 8, 3, -1, -1, &(struct slice) { STANDARD });
     expect_series("s", NULL, 8, 0, "");
     read_ok(scratch("s"), &v, NULL);
     assert_true(v.spacing[0] == 0.25 && v.spacing[1] == 0.5 && v.spacing[2] == 3 && v.origin[2] == 7 && v.direction[2][2] == 1);
@@ -272,17 +277,17 @@ static void series_in_order(void **state)
     pel_volume_finish(&v);
     /* the other way round the patient: the normal points down, and the first slice is the highest */
     folder("s");
-    write_series("s", 8, -3, -1, -1, &(struct slice){ .orientation = "1\\0\\0\\0\\-1\\0", .spacing = "1\\1" });
+    write_series("s", 8, -3, -1, -1, &(struct slice) { .orientation = "1\\0\\0\\0\\-1\\0", .spacing = "1\\1" });
     expect_series("s", NULL, 8, 0, "");
     read_ok(scratch("s"), &v, NULL);
     assert_true(v.origin[2] == 7 && v.direction[2][2] == -1 && v.direction[1][1] == -1);
     pel_volume_finish(&v);
     /* a tilted gantry: slices move along y too */
     folder("s");
-    write_series("s", 8, 2, -1, -1, &(struct slice){ STANDARD, .rows = 4 });
+    write_series("s", 8, 2, -1, -1, &(struct slice) { STANDARD, .rows = 4 });
     read_ok(scratch("s"), &v, NULL);
     double corner[3];
-    pel_volume_index_to_world(&v, (const double[3]){ 0, 0, 7 }, corner);
+    pel_volume_index_to_world(&v, (const double[3]) { 0, 0, 7 }, corner);
     assert_float_equal(corner[0], -1, 1e-9);
     assert_float_equal(corner[1], 3.5, 1e-9);
     assert_float_equal(corner[2], 21, 1e-9);
@@ -307,37 +312,41 @@ static void series_with_faults(void **state)
             char path[600], position[64];
             snprintf(position, sizeof position, "0\\0\\%d", z);
             snprintf(path, sizeof path, "%s/%d%d", scratch("s"), time, z);
-            write_slice(path, &(struct slice){ STANDARD, .position = position, .instance = time * 4 + z }, time * 1000 + z * 10);
+            write_slice(path, &(struct slice) { STANDARD, .position = position, .instance = time * 4 + z }, time * 1000 + z * 10);
         }
     expect_series("s", NULL, 4, 0, "3 stacks at the same place (times, echoes): the first is read\n");
     /* a little uneven, and too much so */
     folder("s");
     write_series("s", 8, 3, 3, -1, &standard);
-    write_slice(scratch("s/between"), &(struct slice){ STANDARD, .position = "-1\\-2\\16.2", .instance = 50 }, 30);
+    write_slice(scratch("s/between"), &(struct slice) { STANDARD, .position = "-1\\-2\\16.2", .instance = 50 }, 30);
     expect_series("s", NULL, 8, 0, "the slices are unevenly spaced, by up to 0.067 of a step: even steps of 3 mm are taken\n");
-    write_slice(scratch("s/between"), &(struct slice){ STANDARD, .position = "-1\\-2\\17", .instance = 50 }, 30);
+    write_slice(scratch("s/between"), &(struct slice) { STANDARD, .position = "-1\\-2\\17", .instance = 50 }, 30);
     expect_bad(scratch("s"), "unevenly spaced");
     /* slices that do not say where they are */
     folder("s");
     for (int z = 0; z < 3; z++) {
         char path[600];
         snprintf(path, sizeof path, "%s/%c", scratch("s"), "bca"[z]);
-        write_slice(path, &(struct slice){ .instance = z + 9 }, 10 * z);
+        write_slice(path, &(struct slice) { .instance = z + 9 }, 10 * z);
     }
-    expect_series("s", NULL, 3, 0, "the files do not tell the distance of pixels: taken as 1 mm\n"
-                                   "the files do not tell where slices lie: sorted by instance number, 2.5 mm apart\n");
+    expect_series("s", NULL, 3, 0,
+                  "the files do not tell the distance of pixels: taken as 1 mm\n"
+                  "the files do not tell where slices lie: sorted by instance number, 2.5 mm apart\n");
 }
 
 static void mixed_folders(void **state)
 {
     (void)state;
     folder("m");
-    write_series("m", 5, 3, -1, -1, &(struct slice){ STANDARD, .series = "1.5", .number = 7 });
-    write_series("m", 3, 3, -1, -1, &(struct slice){ STANDARD, .series = "1.6", .number = 8, .intercept = "500" });
-    write_slice(scratch("m/localizer"), &(struct slice){ .series = "1.5", .number = 7, .orientation = "0\\1\\0\\0\\0\\-1", .spacing = "1\\1", .position = "0\\0\\0" }, 9);
+    write_series("m", 5, 3, -1, -1, &(struct slice) { STANDARD, .series = "1.5", .number = 7 });
+    write_series("m", 3, 3, -1, -1, &(struct slice) { STANDARD, .series = "1.6", .number = 8, .intercept = "500" });
+    write_slice(
+        scratch("m/localizer"),
+        &(struct slice) { .series = "1.5", .number = 7, .orientation = "0\\1\\0\\0\\0\\-1", .spacing = "1\\1", .position = "0\\0\\0" }, 9);
     write_text(scratch("m/readme.txt"), "no image");
-    expect_series("m", NULL, 5, 0, "2 series in the folder, with slices: \"7: A series\" (6), \"8: A series\" (3); the largest is read\n"
-                                   "1 slices of another size or orientation are left out (localizers?)\n1 files of the folder are no DICOM images\n");
+    expect_series("m", NULL, 5, 0,
+                  "2 series in the folder, with slices: \"7: A series\" (6), \"8: A series\" (3); the largest is read\n"
+                  "1 slices of another size or orientation are left out (localizers?)\n1 files of the folder are no DICOM images\n");
     const char *left_out = "1 files of the folder are no DICOM images\n";
     expect_series("m", "8", 3, 500, left_out);
     expect_series("m", "1.6", 3, 500, left_out);
@@ -406,14 +415,21 @@ static void enhanced(void **state)
 #include "dicom_streams.h"
 
 /* A file with `count` fragments of compressed pixels, which are also its frames. */
-static void write_compressed(const char *path, const char *syntax, int bits, int stored, const unsigned char *stream, size_t size, int count,
-                             const char *photometric)
+static void write_compressed(const char *path, const char *syntax, int bits, int stored, const unsigned char *stream, size_t size,
+                             int count, const char *photometric)
 {
     static struct file f;
     char frames[16];
     snprintf(frames, sizeof frames, "%d", count);
-    struct slice s = { .syntax = syntax, .bits = bits, .stored = stored, .rows = 6, .columns = 8, .frames = frames, STANDARD,
-                       .photometric = photometric, .samples = photometric ? 3 : 1 };
+    struct slice s = { .syntax = syntax,
+                       .bits = bits,
+                       .stored = stored,
+                       .rows = 6,
+                       .columns = 8,
+                       .frames = frames,
+                       STANDARD,
+                       .photometric = photometric,
+                       .samples = photometric ? 3 : 1 };
     begin(&f, &s);
     put_tag(&f, 0x7fe00010, "OB", 0xffffffff);
     put_tag(&f, 0xfffee000, NULL, 0);
@@ -445,7 +461,8 @@ static void compressed(void **state)
     };
     for (size_t i = 0; i < sizeof streams / sizeof *streams; i++) {
         struct pel_volume v;
-        write_compressed(scratch("j.dcm"), streams[i].syntax, streams[i].bits, streams[i].stored, streams[i].bytes, streams[i].size, 2, NULL);
+        write_compressed(scratch("j.dcm"), streams[i].syntax, streams[i].bits, streams[i].stored, streams[i].bytes, streams[i].size, 2,
+                         NULL);
         read_ok(scratch("j.dcm"), &v, NULL);
         for (int z = 0; z < 2; z++)
             for (int y = 0; y < 6; y++)
@@ -457,7 +474,8 @@ static void compressed(void **state)
                 }
         pel_volume_finish(&v);
         /* cut short, as an unfinished download is */
-        write_compressed(scratch("bad.dcm"), streams[i].syntax, streams[i].bits, streams[i].stored, streams[i].bytes, streams[i].size / 2, 1, NULL);
+        write_compressed(scratch("bad.dcm"), streams[i].syntax, streams[i].bits, streams[i].stored, streams[i].bytes, streams[i].size / 2,
+                         1, NULL);
         read_bad(scratch("bad.dcm"), NULL);
         write_compressed(scratch("bad.dcm"), streams[i].syntax, streams[i].bits, streams[i].stored, streams[i].bytes, 3, 1, NULL);
         read_bad(scratch("bad.dcm"), NULL);
@@ -514,12 +532,12 @@ static void bad_files(void **state)
     write_slice(scratch("t.dcm"), &s, 0);
     free(read_file(scratch("t.dcm"), &size));
     expect_truncations_fail(scratch("t.dcm"), scratch("cut.dcm"), size);
-    expect_slice_bad(&(struct slice){ .frames = "4000000000" }, "too soon");
-    expect_slice_bad(&(struct slice){ .bits = 12 }, "12 bits");
-    expect_slice_bad(&(struct slice){ .stored = 17 }, "do not fit");
-    expect_slice_bad(&(struct slice){ .samples = 4 }, "4 numbers");
-    expect_slice_bad(&(struct slice){ .orientation = "1\\0\\0\\1\\0\\0", .spacing = "1\\1" }, "right angles");
-    begin(&f, &(struct slice){ .rows = 65535, .columns = 65535, .frames = "60000" });
+    expect_slice_bad(&(struct slice) { .frames = "4000000000" }, "too soon");
+    expect_slice_bad(&(struct slice) { .bits = 12 }, "12 bits");
+    expect_slice_bad(&(struct slice) { .stored = 17 }, "do not fit");
+    expect_slice_bad(&(struct slice) { .samples = 4 }, "4 numbers");
+    expect_slice_bad(&(struct slice) { .orientation = "1\\0\\0\\1\\0\\0", .spacing = "1\\1" }, "right angles");
+    begin(&f, &(struct slice) { .rows = 65535, .columns = 65535, .frames = "60000" });
     put_tag(&f, 0x7fe00010, "OW", 0xfffffff0);
     put(&f, "123456", 6);
     write_file(scratch("bad.dcm"), f.bytes, f.size);
@@ -534,7 +552,7 @@ static void bad_files(void **state)
     }
     write_file(scratch("bad.dcm"), f.bytes, f.size);
     expect_bad(scratch("bad.dcm"), "nested");
-    begin(&f, &(struct slice){ .syntax = "1.2.840.10008.1.2.1.99" });
+    begin(&f, &(struct slice) { .syntax = "1.2.840.10008.1.2.1.99" });
     write_file(scratch("bad.dcm"), f.bytes, f.size);
     expect_bad(scratch("bad.dcm"), "deflated");
     folder("none");
@@ -545,10 +563,17 @@ static void bad_files(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(facts_of_a_real_series), cmocka_unit_test(header_encodings), cmocka_unit_test(numbers),
-        cmocka_unit_test(colours),                cmocka_unit_test(series_in_order),  cmocka_unit_test(series_with_faults),
-        cmocka_unit_test(mixed_folders),          cmocka_unit_test(enhanced),         cmocka_unit_test(compressed),
-        cmocka_unit_test(run_lengths),            cmocka_unit_test(bad_files),
+        cmocka_unit_test(facts_of_a_real_series),
+        cmocka_unit_test(header_encodings),
+        cmocka_unit_test(numbers),
+        cmocka_unit_test(colours),
+        cmocka_unit_test(series_in_order),
+        cmocka_unit_test(series_with_faults),
+        cmocka_unit_test(mixed_folders),
+        cmocka_unit_test(enhanced),
+        cmocka_unit_test(compressed),
+        cmocka_unit_test(run_lengths),
+        cmocka_unit_test(bad_files),
     };
     return cmocka_run_group_tests_name("dicom", tests, make_scratch, remove_scratch);
 }

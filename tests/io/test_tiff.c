@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: MIT */
-/* TIFF: the facts of real slices, every layout of pages, stacks and folders, what ImageJ and OME tell, damage. Pages are written with libtiff. */
+/* TIFF: the facts of real slices, every layout of pages, stacks and folders, what ImageJ and OME tell, damage. Pages are written with
+ * libtiff. */
 #include "support.h"
 
 #include <stdio.h>
@@ -155,16 +156,20 @@ static void layouts(void **state)
         int bits, format;
         enum pel_type type;
     } types[] = {
-        { 8, SAMPLEFORMAT_UINT, PEL_U8 }, { 8, SAMPLEFORMAT_INT, PEL_I8 }, { 16, SAMPLEFORMAT_UINT, PEL_U16 }, { 16, SAMPLEFORMAT_INT, PEL_I16 },
-        { 32, SAMPLEFORMAT_UINT, PEL_U32 }, { 32, SAMPLEFORMAT_INT, PEL_I32 }, { 32, SAMPLEFORMAT_IEEEFP, PEL_F32 },
-        { 64, SAMPLEFORMAT_IEEEFP, PEL_F64 }, { 1, SAMPLEFORMAT_UINT, PEL_U8 },
+        { 8, SAMPLEFORMAT_UINT, PEL_U8 },     { 8, SAMPLEFORMAT_INT, PEL_I8 },      { 16, SAMPLEFORMAT_UINT, PEL_U16 },
+        { 16, SAMPLEFORMAT_INT, PEL_I16 },    { 32, SAMPLEFORMAT_UINT, PEL_U32 },   { 32, SAMPLEFORMAT_INT, PEL_I32 },
+        { 32, SAMPLEFORMAT_IEEEFP, PEL_F32 }, { 64, SAMPLEFORMAT_IEEEFP, PEL_F64 }, { 1, SAMPLEFORMAT_UINT, PEL_U8 },
     };
     static const char *const modes[] = { "wl", "wb", "wl8" };
     static const int compressions[] = { COMPRESSION_NONE, COMPRESSION_LZW, COMPRESSION_ADOBE_DEFLATE, COMPRESSION_PACKBITS };
     for (size_t t = 0; t < sizeof types / sizeof *types; t++)
         for (int i = 0; i < 96; i++) { /* mode, compression, tiles, planes and components in turn */
-            struct page page = { .bits = types[t].bits, .format = types[t].format, .compression = compressions[i / 3 % 4], .tile = i / 12 % 2 ? 16 : 0,
-                                 .components = i / 24 % 2 ? 1 + i / 48 * 2 : 1 + i / 48, .planes = i % 2 };
+            struct page page = { .bits = types[t].bits,
+                                 .format = types[t].format,
+                                 .compression = compressions[i / 3 % 4],
+                                 .tile = i / 12 % 2 ? 16 : 0,
+                                 .components = i / 24 % 2 ? 1 + i / 48 * 2 : 1 + i / 48,
+                                 .planes = i % 2 };
             if (page.bits == 1 && page.components > 1)
                 continue;
             write_pages(scratch("a.tif"), modes[i % 3], &page, 2);
@@ -211,7 +216,8 @@ static void folders(void **state)
 static void pages_that_differ(void **state)
 {
     (void)state;
-    struct page page = { .bits = 8 }, other = { .bits = 8, .height = 17 }, small = { .width = 5, .height = 5, .kind = FILETYPE_REDUCEDIMAGE };
+    struct page page = { .bits = 8 }, other = { .bits = 8, .height = 17 },
+                small = { .width = 5, .height = 5, .kind = FILETYPE_REDUCEDIMAGE };
     TIFF *tiff = TIFFOpen(scratch("d.tif"), "w");
     write_page(tiff, page, 0);
     write_page(tiff, other, 1);
@@ -244,15 +250,18 @@ static void expect_placed(const struct page *page, uint32_t count, const char *g
 static void spacings(void **state)
 {
     (void)state;
-    expect_placed(&(struct page){ .x_resolution = 72, .y_resolution = 72 }, 2, "2: 1 1 1 ''\n" FLAT_NOTE);
-    expect_placed(&(struct page){ .x_resolution = 204, .y_resolution = 102 }, 1, "1: 1 2 1 ''\n");
-    expect_placed(&(struct page){ .x_resolution = 4, .y_resolution = 2, .description = "ImageJ=1.53\nimages=2\nunit=micron\nspacing=3.5\n" }, 2,
-                  "2: 0.25 0.5 3.5 'um'\n");
-    expect_placed(&(struct page){ .description = "<OME><Pixels PhysicalSizeX=\"0.5\" PhysicalSizeXUnit=\"nm\" PhysicalSizeY=\"0.25\" "
-                                                 "PhysicalSizeZ=\"2\"/></OME>" }, 2, "2: 0.5 0.25 2 'nm'\n");
-    expect_placed(&(struct page){ .description = "ImageJ=1.53\nimages=6\nchannels=2\nslices=3\nspacing=2\n" }, 6,
+    expect_placed(&(struct page) { .x_resolution = 72, .y_resolution = 72 }, 2, "2: 1 1 1 ''\n" FLAT_NOTE);
+    expect_placed(&(struct page) { .x_resolution = 204, .y_resolution = 102 }, 1, "1: 1 2 1 ''\n");
+    expect_placed(
+        &(struct page) { .x_resolution = 4, .y_resolution = 2, .description = "ImageJ=1.53\nimages=2\nunit=micron\nspacing=3.5\n" }, 2,
+        "2: 0.25 0.5 3.5 'um'\n");
+    expect_placed(&(struct page) { .description = "<OME><Pixels PhysicalSizeX=\"0.5\" PhysicalSizeXUnit=\"nm\" PhysicalSizeY=\"0.25\" "
+                                                  "PhysicalSizeZ=\"2\"/></OME>" },
+                  2, "2: 0.5 0.25 2 'nm'\n");
+    expect_placed(&(struct page) { .description = "ImageJ=1.53\nimages=6\nchannels=2\nslices=3\nspacing=2\n" }, 6,
                   "3: 1 1 2 ''\nnote: a hyperstack of 2 channels and 1 times: the first channel at the first time is read\n");
-    expect_placed(&(struct page){ .white_is_zero = true }, 1, "1: 1 1 1 ''\nnote: the file says that 0 is white; the values are as stored\n");
+    expect_placed(&(struct page) { .white_is_zero = true }, 1,
+                  "1: 1 1 1 ''\nnote: the file says that 0 is white; the values are as stored\n");
 }
 
 /* ImageJ writes stacks beyond 4 GB with the tags of the first page alone, the others lying behind it. */
@@ -317,7 +326,8 @@ static void patch_tag(const char *path, const char *out, unsigned tag, uint32_t 
 static void bad_files(void **state)
 {
     (void)state;
-    struct page page = { .bits = 16, .rows = 18 }, packed = { .bits = 16, .rows = 18, .compression = COMPRESSION_LZW }, tiled = { .tile = 16 };
+    struct page page = { .bits = 16, .rows = 18 }, packed = { .bits = 16, .rows = 18, .compression = COMPRESSION_LZW },
+                tiled = { .tile = 16 };
     size_t size;
     write_pages(scratch("t.tif"), "wl", &page, 1);
     free(read_file(scratch("t.tif"), &size));
@@ -349,9 +359,14 @@ static void bad_files(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(facts_of_real_slices), cmocka_unit_test(layouts),  cmocka_unit_test(folders),
-        cmocka_unit_test(pages_that_differ),    cmocka_unit_test(spacings), cmocka_unit_test(run_of_slices),
-        cmocka_unit_test(gzipped),              cmocka_unit_test(bad_files),
+        cmocka_unit_test(facts_of_real_slices),
+        cmocka_unit_test(layouts),
+        cmocka_unit_test(folders),
+        cmocka_unit_test(pages_that_differ),
+        cmocka_unit_test(spacings),
+        cmocka_unit_test(run_of_slices),
+        cmocka_unit_test(gzipped),
+        cmocka_unit_test(bad_files),
     };
     TIFFSetWarningHandler(NULL);
     return cmocka_run_group_tests_name("tiff", tests, make_scratch, remove_scratch);

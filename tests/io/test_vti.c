@@ -37,7 +37,7 @@ static void large_round_trip(void **state)
     struct pel_error error = PEL_ERROR_INIT;
     for (int compress = 0; compress < 2; compress++) {
         pel_volume_init(&written);
-        assert_true(pel_volume_allocate(&written, (const size_t[3]){ 99, 101, 53 }, PEL_U16, 1, &error));
+        assert_true(pel_volume_allocate(&written, (const size_t[3]) { 99, 101, 53 }, PEL_U16, 1, &error));
         for (size_t i = 0; i < pel_volume_samples(&written); i++)
             ((uint16_t *)written.data)[i] = (uint16_t)(i * i / 1000);
         snprintf(written.name, sizeof written.name, "a<b & \"c\" \xc3\xa4");
@@ -133,7 +133,8 @@ static size_t write_vti(const char *path, const struct layout *layout, const cha
     char p[2048], q[2048], file[8192];
     size_t np = encode(layout, 1, p), nq = encode(layout, 101, q), n;
     bool appended = layout->encoding == RAW || layout->encoding == BASE64;
-    n = (size_t)sprintf(file, "<?xml version='1.0'?>\n<!-- <Piece> -->\n<VTKFile type=\"ImageData\" byte_order=\"%s\"%s%s>\n"
+    n = (size_t)sprintf(file,
+                        "<?xml version='1.0'?>\n<!-- <Piece> -->\n<VTKFile type=\"ImageData\" byte_order=\"%s\"%s%s>\n"
                         "<ImageData WholeExtent=\"%s\" Origin=\"1 2 3\" Spacing=\"1 2 4\">\n<FieldData><DataArray type='Float64' Name='t' "
                         "format='ascii'>1 2</DataArray></FieldData>\n<Piece Extent=\"%s\">\n<PointData %s>\n",
                         layout->big_endian ? "BigEndian" : "LittleEndian", layout->wide ? " header_type=\"UInt64\"" : "",
@@ -204,9 +205,11 @@ static void places(void **state)
     write_vti(scratch("p.vti"), &layout, "-1 1 10 11 5 6", "");
     expect_description(scratch("p.vti"), "vti 3x2x2 f64 x1\nspacing 1 2 4\norigin 0 22 23\n" PLAIN_AXES
                                          "space unknown units ''\nmin 1 max 12 mean 6.500000 nonzero 12 voids 0\n");
-    write_text(scratch("d.vti"), "<VTKFile type='ImageData'><ImageData WholeExtent='2 3 0 1 0 0' Origin='10 0 0' Spacing='1 2 1' Direction='0 -1 0 1 0 0 0 0 1'>"
-                                 "<Piece Extent='2 3 0 1 0 0'><CellData Scalars='c'><DataArray type='Int8' Name='c'>-7</DataArray></CellData>"
-                                 "</Piece></ImageData></VTKFile>");
+    write_text(
+        scratch("d.vti"),
+        "<VTKFile type='ImageData'><ImageData WholeExtent='2 3 0 1 0 0' Origin='10 0 0' Spacing='1 2 1' Direction='0 -1 0 1 0 0 0 0 1'>"
+        "<Piece Extent='2 3 0 1 0 0'><CellData Scalars='c'><DataArray type='Int8' Name='c'>-7</DataArray></CellData>"
+        "</Piece></ImageData></VTKFile>");
     expect_description(scratch("d.vti"), "vti 1x1x1 i8 x1\nspacing 1 2 1\norigin 9 2.5 0\naxis 0: 0 1 0\naxis 1: -1 0 0\naxis 2: 0 0 1\n"
                                          "space unknown units ''\nmin -7 max -7 mean -7.000000 nonzero 1 voids 0\n"
                                          "note: the file has values of cells, not of points: a sample stands at each cell's centre\n");
@@ -216,8 +219,9 @@ static void places(void **state)
 static void write_one(const char *file, const char *image, const char *piece, const char *array, const char *content)
 {
     char text[4096];
-    snprintf(text, sizeof text, "<VTKFile %s><ImageData %s><Piece %s><PointData><DataArray %s>%s</DataArray></PointData></Piece></ImageData></VTKFile>",
-             file, image, piece, array, content);
+    snprintf(text, sizeof text,
+             "<VTKFile %s><ImageData %s><Piece %s><PointData><DataArray %s>%s</DataArray></PointData></Piece></ImageData></VTKFile>", file,
+             image, piece, array, content);
     write_text(scratch("one.vti"), text);
 }
 
@@ -293,13 +297,13 @@ static void bad_blocks(void **state)
     (void)state;
     if (__BYTE_ORDER__ != __ORDER_LITTLE_ENDIAN__)
         skip();
-    refuse_blocks((const uint64_t[]){ 1, 8, 0, 9999999 }, 4, "claim 9999999 bytes");
-    refuse_blocks((const uint64_t[]){ 2, 8, 0, 1, 1 }, 5, "are not the 8 bytes");
-    refuse_blocks((const uint64_t[]){ 1, 1ull << 40, 8, 1 }, 4, "too soon"); /* the last block's size is the one that counts */
-    refuse_blocks((const uint64_t[]){ 1ull << 61, 1ull << 3, 0, 1 }, 4, "are not the 8 bytes");
-    refuse_blocks((const uint64_t[]){ 8, 1, 0 }, 3, "8 blocks cannot be");
-    refuse_blocks((const uint64_t[]){ 0, 0, 0 }, 3, "are not the 8 bytes");
-    refuse_blocks((const uint64_t[]){ 1, 8, 0, 8, 0x1122334455667788ull }, 5, "zlib block");
+    refuse_blocks((const uint64_t[]) { 1, 8, 0, 9999999 }, 4, "claim 9999999 bytes");
+    refuse_blocks((const uint64_t[]) { 2, 8, 0, 1, 1 }, 5, "are not the 8 bytes");
+    refuse_blocks((const uint64_t[]) { 1, 1ull << 40, 8, 1 }, 4, "too soon"); /* the last block's size is the one that counts */
+    refuse_blocks((const uint64_t[]) { 1ull << 61, 1ull << 3, 0, 1 }, 4, "are not the 8 bytes");
+    refuse_blocks((const uint64_t[]) { 8, 1, 0 }, 3, "8 blocks cannot be");
+    refuse_blocks((const uint64_t[]) { 0, 0, 0 }, 3, "are not the 8 bytes");
+    refuse_blocks((const uint64_t[]) { 1, 8, 0, 8, 0x1122334455667788ull }, 5, "zlib block");
     unsigned char block[4 * 8 + 256] = { 1, 0, 0, 0, 0, 0, 0, 0, 8 };
     for (int size = 0; size < 200; size += 4) { /* only 8 is right */
         unsigned char zeros[200] = { 0 };

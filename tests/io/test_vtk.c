@@ -47,11 +47,12 @@ static void ascii(void **state)
     expect_description(scratch("a.vtk"), "vtk 3x2x1 i16 x1\nspacing 0.5 1 2\norigin -1 2.5 300\n" PLAIN_AXES
                                          "space unknown units ''\nmin -1 max 32767 mean 5463.333333 nonzero 6 voids 0\n");
     read_array(scratch("a.vtk"), "some thing", &v);
-    assert_memory_equal(v.data, ((int16_t[]){ -1, 2, 3, 4, 5, 32767 }), 12);
+    assert_memory_equal(v.data, ((int16_t[]) { -1, 2, 3, 4, 5, 32767 }), 12);
     pel_volume_finish(&v);
     /* no LOOKUP_TABLE, DOS line ends, NaN */
-    write_text(scratch("b.vtk"), "# vtk DataFile Version 2.0\r\n\r\nascii\r\nDATASET structured_points\r\ndimensions 2 1 1\r\npoint_data 2\r\n"
-                                 "scalars s float 1\r\nnan 1e-3\r\n");
+    write_text(scratch("b.vtk"),
+               "# vtk DataFile Version 2.0\r\n\r\nascii\r\nDATASET structured_points\r\ndimensions 2 1 1\r\npoint_data 2\r\n"
+               "scalars s float 1\r\nnan 1e-3\r\n");
     read_array(scratch("b.vtk"), "s", &v);
     assert_true(isnan(((float *)v.data)[0]));
     assert_true(((float *)v.data)[1] == 1e-3f);
@@ -60,23 +61,25 @@ static void ascii(void **state)
 }
 
 /* All that may stand in such a file, in text. Each array's numbers are its own, so that reading another one would show. */
-static const char everything[] = HEAD("ASCII")
-    "FIELD FieldData 2\nTimeValue 1 1 double\n1.5\nwords 1 2 string\none\ntwo words\n"
-    "DIMENSIONS 2 2 2\nSPACING 1 2 3\nORIGIN 0 0 0\n"
-    "CELL_DATA 1\nSCALARS cell int\nLOOKUP_TABLE default\n99\n"
-    "POINT_DATA 8\n"
-    "NORMALS n float\n0 0 1 0 0 1 0 0 1 0 0 1 0 0 1 0 0 1 0 0 1 0 0 1\n"
-    "TENSORS t float\n1 0 0 0 1 0 0 0 1 1 0 0 0 1 0 0 0 1 1 0 0 0 1 0 0 0 1 1 0 0 0 1 0 0 0 1 1 0 0 0 1 0 0 0 1 1 0 0 0 1 0 0 0 1 1 0 0 0 1 0 0 0 1 "
-    "1 0 0 0 1 0 0 0 1\n"
-    "TEXTURE_COORDINATES uv 2 float\n1 2 3 4 5 6 7 8 9 10 11 12 13 14 15 16\n"
-    "COLOR_SCALARS rgba 4\n0 0 0 1 0 0 0 1 0 0 0 1 0 0 0 1 0 0 0 1 0 0 0 1 0 0 0 1 0 0 0 0.5\n"
-    "METADATA\nINFORMATION 1\nNAME L2_NORM_RANGE LOCATION vtkDataArray\nDATA 2 0 1\n\n"
-    "VECTORS v double\n1 2 3 1 2 3 1 2 3 1 2 3 1 2 3 1 2 3 1 2 3 1 2 4\n"
-    "LOOKUP_TABLE colours 2\n0 0 0 1 1 1 1 1\n"
-    "FIELD more 3\nf1 1 8 unsigned_int\n1 2 3 4 5 6 7 4000000000\nMETADATA\nCOMPONENT_NAMES\nx\n\nshort 1 3 int\n1 2 3\nf2 2 8 char\n"
-    "1 -2 3 -4 5 -6 7 -8 9 -10 11 -12 13 -14 15 -16\n"
-    "SCALARS last unsigned_char 3\nLOOKUP_TABLE colours\n1 2 3 4 5 6 7 8 9 10 11 12 13 14 15 16 17 18 19 20 21 22 23 24\n"
-    "SCALARS one char\nLOOKUP_TABLE colours\n1 2 3 4 5 6 7 8\n";
+static const char everything[] =
+    HEAD("ASCII") "FIELD FieldData 2\nTimeValue 1 1 double\n1.5\nwords 1 2 string\none\ntwo words\n"
+                  "DIMENSIONS 2 2 2\nSPACING 1 2 3\nORIGIN 0 0 0\n"
+                  "CELL_DATA 1\nSCALARS cell int\nLOOKUP_TABLE default\n99\n"
+                  "POINT_DATA 8\n"
+                  "NORMALS n float\n0 0 1 0 0 1 0 0 1 0 0 1 0 0 1 0 0 1 0 0 1 0 0 1\n"
+                  "TENSORS t float\n1 0 0 0 1 0 0 0 1 1 0 0 0 1 0 0 0 1 1 0 0 0 1 0 0 0 1 1 0 0 0 1 0 0 0 1 1 0 0 0 1 0 0 0 1 1 0 0 0 1 0 "
+                  "0 0 1 1 0 0 0 1 0 0 0 1 "
+                  "1 0 0 0 1 0 0 0 1\n"
+                  "TEXTURE_COORDINATES uv 2 float\n1 2 3 4 5 6 7 8 9 10 11 12 13 14 15 16\n"
+                  "COLOR_SCALARS rgba 4\n0 0 0 1 0 0 0 1 0 0 0 1 0 0 0 1 0 0 0 1 0 0 0 1 0 0 0 1 0 0 0 0.5\n"
+                  "METADATA\nINFORMATION 1\nNAME L2_NORM_RANGE LOCATION vtkDataArray\nDATA 2 0 1\n\n"
+                  "VECTORS v double\n1 2 3 1 2 3 1 2 3 1 2 3 1 2 3 1 2 3 1 2 3 1 2 4\n"
+                  "LOOKUP_TABLE colours 2\n0 0 0 1 1 1 1 1\n"
+                  "FIELD more 3\nf1 1 8 unsigned_int\n1 2 3 4 5 6 7 4000000000\nMETADATA\nCOMPONENT_NAMES\nx\n\nshort 1 3 int\n1 2 3\nf2 2 "
+                  "8 char\n"
+                  "1 -2 3 -4 5 -6 7 -8 9 -10 11 -12 13 -14 15 -16\n"
+                  "SCALARS last unsigned_char 3\nLOOKUP_TABLE colours\n1 2 3 4 5 6 7 8 9 10 11 12 13 14 15 16 17 18 19 20 21 22 23 24\n"
+                  "SCALARS one char\nLOOKUP_TABLE colours\n1 2 3 4 5 6 7 8\n";
 
 static void all_attributes(void **state)
 {
@@ -121,8 +124,9 @@ static void all_attributes(void **state)
 static void cells(void **state)
 {
     (void)state;
-    write_text(scratch("c.vtk"), HEAD("ASCII") "DIMENSIONS 3 2 1\nSPACING 2 2 2\nORIGIN 0 0 0\nCELL_DATA 2\nSCALARS c float\nLOOKUP_TABLE default\n"
-                                               "7 9\n");
+    write_text(scratch("c.vtk"),
+               HEAD("ASCII") "DIMENSIONS 3 2 1\nSPACING 2 2 2\nORIGIN 0 0 0\nCELL_DATA 2\nSCALARS c float\nLOOKUP_TABLE default\n"
+                             "7 9\n");
     expect_description(scratch("c.vtk"), "vtk 2x1x1 f32 x1\nspacing 2 2 2\norigin 1 1 0\n" PLAIN_AXES
                                          "space unknown units ''\nmin 7 max 9 mean 8.000000 nonzero 2 voids 0\n"
                                          "note: the file has values of cells, not of points: a sample stands at each cell's centre\n");
@@ -151,9 +155,9 @@ static void binary_types(void **state)
         enum pel_type type;
         int size;
     } types[] = {
-        { "unsigned_char", PEL_U8, 1 }, { "char", PEL_I8, 1 }, { "unsigned_short", PEL_U16, 2 }, { "short", PEL_I16, 2 },
-        { "unsigned_int", PEL_U32, 4 }, { "int", PEL_I32, 4 }, { "float", PEL_F32, 4 }, { "double", PEL_F64, 8 },
-        { "long", PEL_F64, 8 }, { "vtktypeuint64", PEL_F64, 8 },
+        { "unsigned_char", PEL_U8, 1 }, { "char", PEL_I8, 1 },           { "unsigned_short", PEL_U16, 2 }, { "short", PEL_I16, 2 },
+        { "unsigned_int", PEL_U32, 4 }, { "int", PEL_I32, 4 },           { "float", PEL_F32, 4 },          { "double", PEL_F64, 8 },
+        { "long", PEL_F64, 8 },         { "vtktypeuint64", PEL_F64, 8 },
     };
     for (size_t t = 0; t < sizeof types / sizeof *types; t++) {
         struct pel_volume v;
@@ -223,7 +227,8 @@ static void bad_files(void **state)
     expect_refused("DIMENSIONS 2 2 2\nPOINT_DATA 9\nSCALARS s char\nLOOKUP_TABLE default\n012345678", "DIMENSIONS make 8");
     expect_refused("DIMENSIONS 2 2 2\nPOINT_DATA 8\nSCALARS s quux\nLOOKUP_TABLE default\n01234567", "quux");
     expect_refused("DIMENSIONS 2 2 2\nPOINT_DATA 8\nSCALARS s char 0\nLOOKUP_TABLE default\n01234567", "no number of components");
-    expect_refused("DIMENSIONS 2 2 2\nPOINT_DATA 8\nSCALARS s char 5\nLOOKUP_TABLE default\n0123456701234567012345670123456701234567", "5 components");
+    expect_refused("DIMENSIONS 2 2 2\nPOINT_DATA 8\nSCALARS s char 5\nLOOKUP_TABLE default\n0123456701234567012345670123456701234567",
+                   "5 components");
     expect_refused("DIMENSIONS 2 2 2\nPOINT_DATA 8\nWIDGETS s char\n01234567", "WIDGETS");
     expect_refused("DIMENSIONS 2 2 2\nPOINT_DATA 8\nFIELD f 99999999\nx 4 8999999999999999 double\n0", "too soon");
     expect_refused("DIMENSIONS 2 2 2\n", "no array");
