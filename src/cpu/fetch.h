@@ -52,14 +52,27 @@ PEL_INLINE vf fetch_voxel(const struct pel_job *job, vi x, vi y, vi z)
     return vi_to_vf((word >> ((x - at) << 3)) & 0xff) * 16384.0f;
 }
 
+/* Four rows' words, the pair to lerp in their first two bytes, lerped along all axes. */
+PEL_INLINE vf lerp_words(const vi word[4], vi w, vf fy, vf fz)
+{
+    vf row[4];
+    for (int i = 0; i < 4; i++)
+        row[i] = vi_to_vf(vi_madd16(vi_byte_pair(word[i], 0), w));
+    return bilerp(row[0], row[1], row[2], row[3], fy, fz);
+}
+
 PEL_INLINE vf fetch_linear_raw(const struct pel_job *job, const struct spot *s)
 {
-    vi at = vi_min(s->x, vi_set(job->row - 4)), shift = (s->x - at) << 3, w = x_weights(s->fx);
-    vi offset = at + s->y * job->row + s->z * job->slice;
+    vi limit = vi_set(job->row - 4), rows = s->y * job->row + s->z * job->slice, word[4];
     const char *base = job->data;
-#define ROW(dy, dz) vi_to_vf(vi_madd16(vi_low_bytes((vi_gather(base + (ptrdiff_t)job->row * dy + (ptrdiff_t)job->slice * dz, offset) ^ job->flip) >> shift), w))
-    return bilerp(ROW(0, 0), ROW(1, 0), ROW(0, 1), ROW(1, 1), s->fy, s->fz);
-#undef ROW
+    bool at_end = vi_any(s->x > limit), flips = job->flip != 0; /* hardly ever, and for i8 only */
+    vi at = at_end ? vi_min(s->x, limit) : s->x;
+    for (int i = 0; i < 4; i++)
+        word[i] = vi_gather(base + (ptrdiff_t)job->row * (i & 1) + (ptrdiff_t)job->slice * (i >> 1), at + rows);
+    if (__builtin_expect(at_end | flips, 0))
+        for (int i = 0; i < 4; i++)
+            word[i] = (word[i] ^ job->flip) >> ((s->x - at) << 3);
+    return lerp_words(word, x_weights(s->fx), s->fy, s->fz);
 }
 
 /* Four voxels x-1 .. x+2 of a row in the bytes of a word; at the volume's ends the last voxel again. */
@@ -75,13 +88,13 @@ PEL_INLINE vi row_word(const struct pel_job *job, vi at, vi rows, vi before, vi 
 
 PEL_INLINE vf middle_lerp(vi word, vi w)
 {
-    return vi_to_vf(vi_madd16(vi_low_bytes(word >> 8), w));
+    return vi_to_vf(vi_madd16(vi_byte_pair(word, 1), w));
 }
 
 /* (v(x+1) - v(x-1)) and (v(x+2) - v(x)), lerped. */
 PEL_INLINE vf slope_lerp(vi word, vi w)
 {
-    return vi_to_vf(vi_madd16(vi_low_bytes(word >> 16), w) - vi_madd16(vi_low_bytes(word), w));
+    return vi_to_vf(vi_madd16(vi_byte_pair(word, 2), w) - vi_madd16(vi_byte_pair(word, 0), w));
 }
 
 PEL_INLINE void fetch_gradient_raw(const struct pel_job *job, const struct spot *s, vf g[3])

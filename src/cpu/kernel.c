@@ -126,12 +126,11 @@ PEL_INLINE void composite(const struct pel_job *job, struct packet *r, bool shad
         vf at = packet_at(r, k);
         struct spot s = packet_spot(job, r, at);
         if (job->skip && k >= look) {
-            int clear = vi_least(vi_select(live, packet_clear_to(job, r, &s, r->offset, k), vi_set(INT32_MAX - 1)));
+            int clear = packet_look(job, r, &s, r->offset, live, k, &look);
             if (clear >= k) {
                 k = clear;
                 continue;
             }
-            look = k + job->run;
         }
         counts->taken += (unsigned)lanes(live);
         vf raw, alpha, color[3];
@@ -247,13 +246,12 @@ PEL_INLINE void preintegrated(const struct pel_job *job, struct packet *r, struc
         vi live = alive & (r->n > k);
         struct spot s = packet_spot(job, r, end_at(r, k));
         if (job->skip && k >= look) {
-            int clear = vi_least(vi_select(live, packet_clear_to(job, r, &s, vf_set(0), k), vi_set(INT32_MAX - 1)));
+            int clear = packet_look(job, r, &s, vf_set(0), live, k, &look);
             if (clear > k) {
                 k = clear - 1;
                 have_front = false;
                 continue;
             }
-            look = k + job->run;
         }
         counts->taken += (unsigned)lanes(live);
         if (!have_front)
@@ -351,19 +349,18 @@ PEL_INLINE void extreme(const struct pel_job *job, struct packet *r, float sign,
         vf at = packet_at(r, k);
         struct spot s = packet_spot(job, r, at);
         if (job->skip && k >= look) {
-            int clear = vi_least(vi_select(live, packet_clear_to(job, r, &s, r->offset, k), vi_set(INT32_MAX - 1)));
+            int clear = packet_look(job, r, &s, r->offset, live, k, &look);
             if (clear >= k) {
                 k = clear + 1;
                 continue;
             }
-            look = k + job->run;
         }
         if (job->skip && k >= look_block) {
             if (!vi_any(live & (bound_of(job->block_bound, job->block_dims, &s, PEL_BLOCK_SHIFT, sign) > best))) {
                 k = after_exit(r, cell_exit(r, &s, PEL_BLOCK_SHIFT), live, k);
                 continue;
             }
-            look_block = k + job->run;
+            look_block = look;
         }
         vf bound = bound_of(job->cell_bound, job->cell_dims, &s, PEL_CELL_SHIFT, sign);
         if (job->skip && !vi_any(live & (bound > best))) {
@@ -396,12 +393,11 @@ PEL_INLINE void sum_up(const struct pel_job *job, struct packet *r, bool xray, s
         vi live = r->n > k;
         struct spot s = packet_spot(job, r, packet_at(r, k));
         if (xray && job->skip && k >= look) {
-            int clear = vi_least(vi_select(live, packet_clear_to(job, r, &s, r->offset, k), vi_set(INT32_MAX - 1)));
+            int clear = packet_look(job, r, &s, r->offset, live, k, &look);
             if (clear >= k) {
                 k = clear;
                 continue;
             }
-            look = k + job->run;
         }
         counts->taken += (unsigned)lanes(live);
         vf raw = project_value(job, &s), length = vf_select(r->n == k + 1, r->fraction, vf_set(1));
@@ -502,13 +498,12 @@ PEL_INLINE void isosurface(const struct pel_job *job, struct packet *r, struct p
         struct spot s;
         if (job->skip && k >= look) {
             s = packet_spot(job, r, a);
-            int clear = vi_least(vi_select(live, packet_clear_to(job, r, &s, vf_set(0), k), vi_set(INT32_MAX - 1)));
+            int clear = packet_look(job, r, &s, vf_set(0), live, k, &look);
             if (clear > k) {
                 k = clear - 1;
                 have_front = false;
                 continue;
             }
-            look = k + job->run;
         }
         counts->taken += (unsigned)lanes(live);
         if (!have_front) {
@@ -518,7 +513,7 @@ PEL_INLINE void isosurface(const struct pel_job *job, struct packet *r, struct p
         vf b = end_at(r, k + 1);
         struct spot e = packet_spot(job, r, b);
         vf back = fetch_linear(job, &e);
-        vi good = live & (front == front) & (back == back), rising = back > front;
+        vi good = job->voids ? live & (front == front) & (back == back) : live, rising = back > front;
         for (int j = 0; j < job->iso_count; j++) {
             int i = job->iso_count - 1 - j;
             vf iso = vf_select(rising, vf_set(job->iso[j]), vf_set(job->iso[i]));

@@ -70,7 +70,6 @@ struct pel_job {
     const uint64_t *spans;            /* nullable: a mask of depth slabs a block of pixels (spans.h) */
     int span_columns;
     double span_lo, span_scale;       /* slab of s: (s - lo) * scale */
-    int run;                          /* samples between two looks at the distance map */
 
     /* Optics. */
     enum pel_mode mode;

@@ -144,17 +144,20 @@ PEL_INLINE vf axis_exit(vi cell, vi reach, float size, vf o, vf d, vf inverse)
     return (vi_to_vf(cell + side) * size - o) * inverse;
 }
 
-/* How far each lane may go: samples (at k + offset) up to the one that is told lie in cells that cannot be seen. k - 1 where the lane's own cell may be seen. The margin
- * keeps what rounding could bring across a border. */
-PEL_INLINE vi packet_clear_to(const struct pel_job *job, const struct packet *r, const struct spot *s, vf offset, int k)
+/* Looks at the cells around sample k (at k + offset steps). Where no live lane's cell may be seen, returns the last sample that all of them may pass over. Else returns k - 1, and
+ * sets *look to the sample at which to look again: until then some lane is in a cell that may be seen. The margin keeps what rounding could bring across a border. */
+PEL_INLINE int packet_look(const struct pel_job *job, const struct packet *r, const struct spot *s, vf offset, vi live, int k, int *look)
 {
     vi cx = s->x >> PEL_CELL_SHIFT, cy = s->y >> PEL_CELL_SHIFT, cz = s->z >> PEL_CELL_SHIFT;
     vi distance = vi_gather(job->distance, (cz << job->cell_slice_shift) + (cy << job->cell_row_shift) + cx) & 0xff;
-    vi reach = distance - 1;
+    vi seen = live & (distance == 0), reach = vi_max(distance - 1, vi_set(0));
     vf exit = vf_min(vf_min(axis_exit(cx, reach, PEL_CELL_SIZE, r->ox, r->dx, r->ix), axis_exit(cy, reach, PEL_CELL_SIZE, r->oy, r->dy, r->iy)),
                      axis_exit(cz, reach, PEL_CELL_SIZE, r->oz, r->dz, r->iz));
-    vi to = vf_to_vi(vf_max(vf_min(exit - offset - 1e-3f, vf_set(1e9f)), vf_set(0)));
-    return vi_select(distance == 0, vi_set(k - 1), vi_max(to, vi_set(k)));
+    vi to = vi_max(vf_to_vi(vf_max(vf_min(exit - offset - 1e-3f, vf_set(1e9f)), vf_set(0))), vi_set(k));
+    if (!vi_any(seen))
+        return vi_least(vi_select(live, to, vi_set(INT32_MAX - 1)));
+    *look = vi_most(vi_select(seen, to, vi_set(k))) + 1;
+    return k - 1;
 }
 
 /* The next stretch of samples in which something may be seen, from k on: gives its first sample and sets *end behind its last, or INT32_MAX where there is none. */

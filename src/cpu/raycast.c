@@ -175,7 +175,6 @@ static void settings(struct pel_raycaster *rc, const struct pel_scene *scene)
     /* Values at segment ends tell of the segment only where the two ends' cells touch. */
     if (longest > PEL_CELL_SIZE * 0.5 && (s->mode == PEL_MODE_ISOSURFACE || s->classification == PEL_CLASSIFICATION_PREINTEGRATED))
         job->skip = false;
-    job->run = longest < 3 ? (int)(3 / longest) : 1;
 }
 
 static pel_kernel choose_kernel(const struct pel_raycaster *rc)

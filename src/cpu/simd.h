@@ -288,10 +288,24 @@ PEL_INLINE vi vi_madd16(vi a, vi b)
 #endif
 }
 
-/* Bytes 0 and 1 of each lane as two 16-bit numbers. */
-PEL_INLINE vi vi_low_bytes(vi a)
+/* Bytes i and i + 1 of each lane, unsigned, as its two 16-bit numbers; i is a constant 0 to 2. */
+PEL_INLINE vi vi_byte_pair(vi a, int i)
 {
+#if defined(__SSSE3__)
+    const int32_t take = (int32_t)(0x80008000u | (uint32_t)i | (uint32_t)(i + 1) << 16);
+#if PEL_AVX512
+    const __m128i quarter = _mm_set_epi32(take + 0x0c000c, take + 0x080008, take + 0x040004, take);
+    return (vi)_mm512_shuffle_epi8((__m512i)a, _mm512_broadcast_i32x4(quarter));
+#elif PEL_AVX2
+    const __m128i half = _mm_set_epi32(take + 0x0c000c, take + 0x080008, take + 0x040004, take);
+    return (vi)_mm256_shuffle_epi8((__m256i)a, _mm256_broadcastsi128_si256(half));
+#else
+    return (vi)_mm_shuffle_epi8((__m128i)a, _mm_set_epi32(take + 0x0c000c, take + 0x080008, take + 0x040004, take));
+#endif
+#else
+    a >>= 8 * i;
     return (a & 0xff) | ((a & 0xff00) << 8);
+#endif
 }
 
 /* 1 / sqrt(a) to about 22 bits; a > 0. */
