@@ -7,6 +7,7 @@
 
 #include "alloc.h"
 #include "distance_map.h"
+#include "fail.h"
 #include "parallel.h"
 
 #define ARRAYS 12
@@ -96,7 +97,7 @@ static void mark_slab(void *context, size_t z, int thread)
     const struct pel_minmax_level *cells = &m->minmax->cells, *blocks = &m->minmax->blocks;
     size_t visible = 0;
     for (size_t y = 0; y < cells->dims[1]; y++) {
-        uint8_t *to = m->state->distance + (z << m->state->slice_shift) + (y << m->state->row_shift);
+        uint8_t *to = m->state->marks + (z << m->state->slice_shift) + (y << m->state->row_shift);
         size_t row = (z * cells->dims[1] + y) * cells->dims[0], block_row = ((z / 4) * blocks->dims[1] + y / 4) * blocks->dims[0];
         for (size_t block = 0; block < blocks->dims[0]; block++) {
             size_t end = block * 4 + 4 < cells->dims[0] ? block * 4 + 4 : cells->dims[0];
@@ -120,7 +121,7 @@ static int bits_for(size_t count)
     return bits;
 }
 
-static bool build_distance(struct pel_classification_state *s, const struct pel_minmax *minmax, struct pel_raw_scale raw, int threads,
+static bool mark_cells(struct pel_classification_state *s, const struct pel_minmax *minmax, struct pel_raw_scale raw, int threads,
                            struct pel_job *job, struct pel_error *error)
 {
     float least = INFINITY, most = -INFINITY;
@@ -134,15 +135,19 @@ static bool build_distance(struct pel_classification_state *s, const struct pel_
     const size_t *dims = minmax->cells.dims;
     s->row_shift = bits_for(dims[0]);
     s->slice_shift = s->row_shift + bits_for(dims[1]);
-    size_t bytes = (dims[2] << s->slice_shift) + 4;
-    if (s->distance_bytes != bytes) {
+    size_t bytes = dims[2] << s->slice_shift;
+    if (s->map_bytes != bytes) {
+        free(s->marks);
         free(s->distance);
-        s->distance_bytes = 0;
-        s->distance = pel_alloc_aligned(bytes, 1, "distance map", error);
-        if (!s->distance)
+        s->map_bytes = 0;
+        s->marks = pel_alloc_aligned(bytes, 1, "visible cells", error);
+        s->distance = pel_alloc_aligned(bytes * 8 + 4, 1, "distance maps", error);
+        if (!s->marks || !s->distance)
             return false;
-        s->distance_bytes = bytes;
+        s->map_bytes = bytes;
     }
+    memcpy(s->cell_dims, dims, sizeof s->cell_dims);
+    s->octants = 0;
     size_t *visible = pel_alloc(dims[2], sizeof *visible, "distance map", error);
     if (!visible)
         return false;
@@ -152,7 +157,7 @@ static bool build_distance(struct pel_classification_state *s, const struct pel_
     for (size_t z = 0; z < dims[2]; z++)
         s->visible_cells += visible[z];
     free(visible);
-    return pel_distance_map(s->distance, dims, (size_t)1 << s->row_shift, (size_t)1 << s->slice_shift, error);
+    return true;
 }
 
 /* MIP and MinIP: each cell's most (least) in raw units, the comparison's own. */
@@ -229,13 +234,15 @@ bool pel_classify(struct pel_classification_state *state, const struct pel_scene
     state->visible_cells = 0;
     if (extreme && !build_bounds(state, minmax, raw, job->mode == PEL_MODE_MIP, error))
         return false;
-    if (maps && !build_distance(state, minmax, raw, threads, job, error))
+    if (maps && !mark_cells(state, minmax, raw, threads, job, error))
         return false;
     for (int a = 0; a < 3; a++) {
         job->cell_dims[a] = (int32_t)minmax->cells.dims[a];
         job->block_dims[a] = (int32_t)minmax->blocks.dims[a];
     }
+    job->marks = state->marks;
     job->distance = state->distance;
+    job->map_bytes = (int32_t)state->map_bytes;
     job->cell_row_shift = state->row_shift;
     job->cell_slice_shift = state->slice_shift;
     job->cell_bound = state->bounds;
@@ -243,10 +250,41 @@ bool pel_classify(struct pel_classification_state *state, const struct pel_scene
     return true;
 }
 
+struct mapping {
+    struct pel_classification_state *state;
+    unsigned octant[8];
+    bool failed[8];
+};
+
+static void map_octant(void *context, size_t i, int thread)
+{
+    (void)thread;
+    struct mapping *m = context;
+    struct pel_classification_state *s = m->state;
+    m->failed[i] = !pel_distance_map(s->marks, s->cell_dims, (size_t)1 << s->row_shift, (size_t)1 << s->slice_shift, m->octant[i],
+                                     s->distance + m->octant[i] * s->map_bytes, NULL);
+}
+
+bool pel_classify_octants(struct pel_classification_state *state, unsigned wanted, int threads, struct pel_error *error)
+{
+    struct mapping m = { .state = state };
+    size_t count = 0;
+    for (unsigned o = 0; o < 8; o++)
+        if (wanted & ~state->octants & 1u << o)
+            m.octant[count++] = o;
+    pel_parallel_for(threads, count, map_octant, &m);
+    for (size_t i = 0; i < count; i++)
+        if (m.failed[i])
+            return pel_fail(error, PEL_ERROR_MEMORY, "distance map: no memory");
+    state->octants |= wanted;
+    return true;
+}
+
 void pel_classify_finish(struct pel_classification_state *state)
 {
     pel_transfer_table_finish(&state->table);
     free(state->arrays);
+    free(state->marks);
     free(state->distance);
     free(state->bounds);
     memset(state, 0, sizeof *state);

@@ -12,8 +12,11 @@ struct pel_classification_state {
     float *arrays;         /* owned; all the tables that follow, table.count entries each */
     size_t array_entries;  /* of each, as allocated */
     float *color[3], *alpha, *alpha_color[3], *tau, *sum_tau, *sum_color[3];
-    uint8_t *distance;     /* owned; a byte a cell, and 4 that gathers may read; rows and slices start at multiples of powers of two */
-    size_t distance_bytes;
+    uint8_t *marks;        /* owned; a byte a cell, 0 where it may be seen; rows and slices start at multiples of powers of two */
+    uint8_t *distance;     /* owned; a map as large for each octant of directions, and 4 bytes more, which gathers may read */
+    size_t map_bytes;      /* of one */
+    size_t cell_dims[3];
+    unsigned octants;      /* bit o: the map of octant o is there */
     int row_shift, slice_shift;
     size_t visible_cells;
     float *bounds;         /* owned; MIP and MinIP: raw bounds of cells, then of blocks */
@@ -30,6 +33,8 @@ bool pel_mode_has_map(enum pel_mode mode);
 /* Builds tables, distance map or bounds for the scene, and points the job at them. */
 bool pel_classify(struct pel_classification_state *state, const struct pel_scene *scene, const struct pel_minmax *minmax, struct pel_raw_scale raw,
                   int threads, struct pel_job *job, struct pel_error *error);
+/* Makes sure that there is a distance map for each octant into which rays go; `wanted` has a bit for each. */
+bool pel_classify_octants(struct pel_classification_state *state, unsigned wanted, int threads, struct pel_error *error);
 void pel_classify_finish(struct pel_classification_state *state);
 
 #endif

@@ -63,8 +63,10 @@ struct pel_job {
     /* Skipping. */
     bool skip;
     int32_t cell_dims[3];
-    int cell_row_shift, cell_slice_shift; /* of the distance map: rows and slices start at multiples of powers of two, so that no lane multiplies */
-    const uint8_t *distance;          /* Chebyshev distance, in cells, to the nearest cell that may be seen; 0: this one may */
+    int cell_row_shift, cell_slice_shift; /* of marks and distance: rows and slices start at multiples of powers of two, so that no lane multiplies */
+    const uint8_t *marks;             /* a byte a cell: 0 where it may be seen */
+    const uint8_t *distance;          /* for each octant of directions a map of distances in cells (distance_map.h) to the nearest cell that may be seen; 0: this one may */
+    int32_t map_bytes;                /* from one octant's map to the next */
     const float *cell_bound, *block_bound; /* MIP: most, MinIP: least, of cells and blocks; raw. Kept even where skip is off: samples are held to it */
     int32_t block_dims[3];
     const uint64_t *spans;            /* nullable: a mask of depth slabs a block of pixels (spans.h) */

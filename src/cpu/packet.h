@@ -17,6 +17,7 @@ struct packet {
     vf ox, oy, oz;     /* index-space entry */
     vf dx, dy, dz;     /* index-space step: one dt */
     vf ix, iy, iz;     /* 1 / d, finite */
+    vi map;            /* offset of the distance map of the ray's octant */
     vi n;              /* segments; 0: misses, or outside the picture */
     vf fraction;       /* length of the last segment, in steps */
     vf offset, last;   /* sample k lies at min(k + offset, last) steps from the entry */
@@ -108,6 +109,7 @@ __attribute__((noinline, unused)) static bool packet_init(const struct pel_job *
     r->ix = 1 / vf_select(vf_abs(r->dx) < tiny, tiny, r->dx);
     r->iy = 1 / vf_select(vf_abs(r->dy) < tiny, tiny, r->dy);
     r->iz = 1 / vf_select(vf_abs(r->dz) < tiny, tiny, r->dz);
+    r->map = ((r->dx < 0) & job->map_bytes) + ((r->dy < 0) & (2 * job->map_bytes)) + ((r->dz < 0) & (4 * job->map_bytes));
     r->x = x, r->y = y;
     vi hit = steps > 0;
     vi whole = vf_to_vi(steps + 0.999f); /* a last thousandth belongs to the segment before */
@@ -149,7 +151,7 @@ PEL_INLINE vf axis_exit(vi cell, vi reach, float size, vf o, vf d, vf inverse)
 PEL_INLINE int packet_look(const struct pel_job *job, const struct packet *r, const struct spot *s, vf offset, vi live, int k, int *look)
 {
     vi cx = s->x >> PEL_CELL_SHIFT, cy = s->y >> PEL_CELL_SHIFT, cz = s->z >> PEL_CELL_SHIFT;
-    vi distance = vi_gather(job->distance, (cz << job->cell_slice_shift) + (cy << job->cell_row_shift) + cx) & 0xff;
+    vi distance = vi_gather(job->distance, r->map + (cz << job->cell_slice_shift) + (cy << job->cell_row_shift) + cx) & 0xff;
     vi seen = live & (distance == 0), reach = vi_max(distance - 1, vi_set(0));
     vf exit = vf_min(vf_min(axis_exit(cx, reach, PEL_CELL_SIZE, r->ox, r->dx, r->ix), axis_exit(cy, reach, PEL_CELL_SIZE, r->oy, r->dy, r->iy)),
                      axis_exit(cz, reach, PEL_CELL_SIZE, r->oz, r->dz, r->iz));

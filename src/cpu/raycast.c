@@ -199,6 +199,27 @@ static pel_kernel choose_kernel(const struct pel_raycaster *rc)
     }
 }
 
+/* Octants of directions (distance_map.h) into which rays go. A component of the direction is linear over the picture, so its signs are those at the corners; lanes beyond the edge count
+ * too, and 0 goes with both. */
+static unsigned octants(const struct pel_job *job)
+{
+    unsigned set = 0xff;
+    for (int a = 0; a < 3; a++) {
+        double least = INFINITY, most = -INFINITY;
+        for (int corner = 0; corner < 4; corner++) {
+            double d = job->d0[a] + (corner & 1 ? job->width + 3 : 0) * job->dx[a] + (corner & 2 ? job->height + 3 : 0) * job->dy[a];
+            least = fmin(least, d);
+            most = fmax(most, d);
+        }
+        static const unsigned upward[3] = { 0x55, 0x33, 0x0f }; /* octants with the axis' bit clear */
+        if (least > 1e-9)
+            set &= upward[a];
+        if (most < -1e-9)
+            set &= ~upward[a];
+    }
+    return set;
+}
+
 struct drawing {
     const struct pel_job *job;
     pel_kernel kernel;
@@ -250,7 +271,9 @@ bool pel_raycaster_draw(struct pel_raycaster *rc, const struct pel_scene *scene,
     pel_rays_setup(job, scene, image->width, image->height);
     settings(rc, scene);
     job->spans = NULL;
-    if (pel_mode_has_map(job->mode) && !pel_spans_build(&rc->spans, scene, rc->minmax.cells.dims, rc->state.visible_cells, rc->threads, job, error))
+    if (pel_mode_has_map(job->mode) &&
+        (!pel_spans_build(&rc->spans, scene, rc->minmax.cells.dims, rc->state.visible_cells, rc->threads, job, error) ||
+         (job->skip && !pel_classify_octants(&rc->state, octants(job), rc->threads, error))))
         return false;
     job->rgba = image->rgba;
     job->depth = image->depth;
@@ -279,7 +302,7 @@ bool pel_raycaster_draw(struct pel_raycaster *rc, const struct pel_scene *scene,
     size_t cells = rc->minmax.cells.dims[0] * rc->minmax.cells.dims[1] * rc->minmax.cells.dims[2];
     counters->cells = cells;
     counters->visible_cells = rc->state.visible_cells;
-    counters->bytes = (cells + blocks) * 2 * sizeof(float) + rc->state.distance_bytes + rc->state.array_entries * 12 * sizeof(float) +
+    counters->bytes = (cells + blocks) * 2 * sizeof(float) + rc->state.map_bytes * 9 + rc->state.array_entries * 12 * sizeof(float) +
                       (rc->state.bounds ? (cells + blocks) * sizeof(float) : 0);
     return !atomic_load(&d.cancelled);
 }

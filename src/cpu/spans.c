@@ -30,7 +30,7 @@ static bool group_visible(const struct projection *p, size_t x, size_t y, size_t
     size_t group = (size_t)p->group;
     for (size_t k = z * group; k < z * group + group && k < p->cells[2]; k++)
         for (size_t j = y * group; j < y * group + group && j < p->cells[1]; j++) {
-            const uint8_t *row = job->distance + (k << job->cell_slice_shift) + (j << job->cell_row_shift);
+            const uint8_t *row = job->marks + (k << job->cell_slice_shift) + (j << job->cell_row_shift);
             for (size_t i = x * group; i < x * group + group && i < p->cells[0]; i++)
                 if (!row[i])
                     return true;
