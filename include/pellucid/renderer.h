@@ -45,18 +45,16 @@ struct pel_frame_stats {
     } stages[PEL_MAX_STAGES];
     int counter_count;
     struct {
-        const char *name; /* "samples taken", "samples skipped", "rays", "bytes" */
+        const char *name; /* "samples taken", "samples skipped", "rays culled", "bytes beside the volume" */
         uint64_t value;
     } counters[PEL_MAX_COUNTERS];
 };
 
 struct pel_renderer_params {
     int threads; /* for the CPU engine; 0: as many as the machine (or OMP_NUM_THREADS) says */
-    void (*log)(void *user, const char *message); /* diagnostics, nullable */
-    void *log_user;
     struct pel_progress progress; /* of each draw */
 };
-#define PEL_RENDERER_PARAMS_INIT { 0, NULL, NULL, { NULL, NULL } }
+#define PEL_RENDERER_PARAMS_INIT { 0, { NULL, NULL } }
 
 struct pel_renderer;
 

@@ -139,7 +139,10 @@ static bool mark_cells(struct pel_classification_state *s, const struct pel_minm
     if (s->map_bytes != bytes) {
         free(s->marks);
         free(s->distance);
+        s->marks = s->distance = NULL;
         s->map_bytes = 0;
+        if (bytes > INT32_MAX / 8) /* a very long thin volume: lanes could not address eight maps, and nothing is skipped */
+            return true;
         s->marks = pel_alloc_aligned(bytes, 1, "visible cells", error);
         s->distance = pel_alloc_aligned(bytes * 8 + 4, 1, "distance maps", error);
         if (!s->marks || !s->distance)

@@ -6,6 +6,8 @@
 #ifndef PEL_CPU_FETCH_H
 #define PEL_CPU_FETCH_H
 
+#include <float.h>
+
 #include "kernel.h"
 #include "simd.h"
 
@@ -158,7 +160,7 @@ __attribute__((noinline)) static vf wide_at(const struct pel_job *job, vi at)
         double v = job->type == PEL_F64   ? ((const double *)job->data)[at[i]]
                    : job->type == PEL_U32 ? (double)((const uint32_t *)job->data)[at[i]]
                                           : (double)((const int32_t *)job->data)[at[i]];
-        raw[i] = (float)((v - job->wide_offset) * job->wide_scale);
+        raw[i] = job->wide_void && v == job->void_value ? NAN : (float)((v - job->wide_offset) * job->wide_scale);
     }
     vf result;
     memcpy(&result, raw, sizeof result);
@@ -222,10 +224,12 @@ PEL_INLINE vf voids_to_nan(const struct pel_job *job, vf voxel)
     return vf_select(voxel == job->void_raw, vf_set(NAN), voxel);
 }
 
-/* Trilinear value; NaN where it reads a void. NaN and infinite voxels get there by themselves: infinity - infinity is NaN. */
+/* Trilinear value; NaN where it reads a void. A NaN or infinite voxel leaves no finite value by itself. */
 PEL_INLINE vf fetch_linear(const struct pel_job *job, const struct spot *s)
 {
     vf raw = fetch_linear_raw(job, s);
+    if (__builtin_expect(job->voids, 0))
+        raw = vf_select(vf_abs(raw) <= FLT_MAX, raw, vf_set(NAN));
     if (__builtin_expect(job->has_void_value, 0)) {
         vf corner[8];
         fetch_corners(job, s, corner);
@@ -240,7 +244,7 @@ PEL_INLINE vf fetch_nearest(const struct pel_job *job, vi x, vi y, vi z)
 {
     vf raw = fetch_voxel(job, x, y, z);
     if (job->voids)
-        raw = vf_select(vf_abs(raw) <= 3.4e38f, raw, vf_set(NAN));
+        raw = vf_select(vf_abs(raw) <= FLT_MAX, raw, vf_set(NAN));
     return job->has_void_value ? voids_to_nan(job, raw) : raw;
 }
 

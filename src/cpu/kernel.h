@@ -31,6 +31,7 @@ struct pel_job {
     double p0[3], px[3], py[3], d0[3], dx[3], dy[3];
     double w0[3], wx[3], wy[3]; /* Dw */
     double s_base, s_least;     /* s >= s_least: in front of a perspective camera */
+    double along;               /* a component of D smaller than this counts as 0 */
     double box_lo[3], box_hi[3];
     int plane_count;
     double planes[PEL_MAX_CLIP_PLANES + 6][4]; /* a x + b y + c z + d >= 0 is kept; index space */
@@ -44,7 +45,9 @@ struct pel_job {
     int32_t row, slice;              /* voxels from one row and slice to the next */
     int32_t flip;                    /* exclusive or of a 32-bit fetch: the sign bits */
     double wide_offset, wide_scale;  /* WIDE: raw = (v - offset) * scale */
-    bool voids, has_void_value;      /* some voxel is void; some of them by value */
+    bool voids;                      /* some voxel is void */
+    bool has_void_value;             /* some of them by value: compare raw voxels with void_raw (not WIDE) */
+    bool wide_void;                  /* WIDE: compare the stored number with void_value */
     float gradient_scale;            /* 1 / the volume's range, raw */
     float void_raw;                  /* fetched value of the void value, before interpolation */
     double void_value;

@@ -29,10 +29,10 @@ struct packet {
 /* Narrows [*lo, *hi] to where value + s * slope >= 0. */
 PEL_INLINE void clip(vd value, vd slope, vd *lo, vd *hi)
 {
-    slope = vd_select((slope < 1e-300) & (slope > -1e-300), vd_set(1e-300), slope); /* along the plane: all or nothing */
-    vd cut = -value / slope;
-    *lo = vd_max(*lo, vd_select(slope > 0, cut, vd_set(-1e300)));
-    *hi = vd_min(*hi, vd_select(slope > 0, vd_set(1e300), cut));
+    vl along = (slope < 1e-12) & (slope > -1e-12); /* in parallel with the plane, whose normal is a unit in the world: all or nothing */
+    vd cut = -value / vd_select(along, vd_set(1), slope), none = vd_set(-1e300), all = vd_set(1e300);
+    *lo = vd_max(*lo, vd_select(~along & (slope > 0), cut, none));
+    *hi = vd_min(*hi, vd_select(along, vd_select(value >= -1e-9, all, none), vd_select(slope > 0, all, cut)));
 }
 
 /* A half packet's rays, in double. */
@@ -50,10 +50,12 @@ PEL_INLINE void half_init(const struct pel_job *job, vd x, double y0, vd row, st
         vd d = h->d[a] = job->d0[a] + job->dx[a] * x + job->dy[a] * y;
         vd w = job->w0[a] + job->wx[a] * x + job->wy[a] * y;
         length2 += w * w;
-        vd inverse = 1 / vd_select((d < 1e-300) & (d > -1e-300), vd_set(1e-300), d);
+        vl along = (d < job->along) & (d > -job->along); /* in parallel with two faces: between them or not */
+        vl between = (p >= job->box_lo[a] - 1e-9) & (p <= job->box_hi[a] + 1e-9);
+        vd inverse = 1 / vd_select(along, vd_set(1), d), none = vd_set(-1e300), all = vd_set(1e300);
         vd t0 = (job->box_lo[a] - p) * inverse, t1 = (job->box_hi[a] - p) * inverse;
-        h->lo = vd_max(h->lo, vd_min(t0, t1));
-        h->hi = vd_min(h->hi, vd_max(t0, t1));
+        h->lo = vd_max(h->lo, vd_select(along, none, vd_min(t0, t1)));
+        h->hi = vd_min(h->hi, vd_select(along, vd_select(between, all, none), vd_max(t0, t1)));
     }
     for (int i = 0; i < job->plane_count; i++) {
         const double *q = job->planes[i];
@@ -74,8 +76,9 @@ PEL_INLINE void put_half(vf *to, int half, vd from)
 /* Sets up the rays of the packet at (x, y); false where none meets the volume. `tile_x1`, `tile_y1`: the picture's part that may be drawn. */
 __attribute__((noinline, unused)) static bool packet_init(const struct pel_job *job, int x, int y, int tile_x1, int tile_y1, struct packet *r)
 {
-    vf steps = vf_set(0);
     struct half h[2];
+    float fraction[W];
+    int32_t n[W];
     bool any = false;
     for (int i = 0; i < 2; i++) {
         vd column, row, zero = vd_set(0);
@@ -88,9 +91,12 @@ __attribute__((noinline, unused)) static bool packet_init(const struct pel_job *
         vl hit = (stretch > 0) & (x + column < (double)tile_x1) & (y + row < (double)tile_y1);
         h[i].lo = vd_select(hit, h[i].lo, zero);
         stretch = vd_select(hit, vd_min(stretch * h[i].length / job->step, vd_set(1e9)), zero);
-        put_half(&steps, i, stretch);
-        for (int l = 0; l < HALF; l++)
+        for (int l = 0; l < HALF; l++) { /* a last thousandth belongs to the segment before */
+            int32_t whole = (int32_t)(stretch[l] + 0.999);
+            n[i * HALF + l] = stretch[l] > 0 ? (whole > 1 ? whole : 1) : 0;
+            fraction[i * HALF + l] = (float)(stretch[l] - (n[i * HALF + l] - 1));
             any |= stretch[l] > 0;
+        }
     }
     if (!any)
         return false;
@@ -111,10 +117,8 @@ __attribute__((noinline, unused)) static bool packet_init(const struct pel_job *
     r->iz = 1 / vf_select(vf_abs(r->dz) < tiny, tiny, r->dz);
     r->map = ((r->dx < 0) & job->map_bytes) + ((r->dy < 0) & (2 * job->map_bytes)) + ((r->dz < 0) & (4 * job->map_bytes));
     r->x = x, r->y = y;
-    vi hit = steps > 0;
-    vi whole = vf_to_vi(steps + 0.999f); /* a last thousandth belongs to the segment before */
-    r->n = vi_select(hit, vi_max(whole, vi_set(1)), vi_set(0));
-    r->fraction = steps - vi_to_vf(r->n - 1);
+    memcpy(&r->n, n, sizeof n);
+    memcpy(&r->fraction, fraction, sizeof fraction);
     r->offset = vf_set(0.5f);
     for (int i = 0; job->jitter && i < W; i++)
         r->offset[i] = pel_jitter(x + i % PACKET_WIDTH, y + i / PACKET_WIDTH);
@@ -146,8 +150,14 @@ PEL_INLINE vf axis_exit(vi cell, vi reach, float size, vf o, vf d, vf inverse)
     return (vi_to_vf(cell + side) * size - o) * inverse;
 }
 
+/* The last sample (at its number + offset steps) that surely lies before an exit: the margin keeps what rounding could bring across a border. */
+PEL_INLINE vi samples_before(vf exit, vf offset)
+{
+    return vf_to_vi(vf_max(vf_min(exit * (1 - 4e-7f) - offset - 1e-3f, vf_set(1e9f)), vf_set(0)));
+}
+
 /* Looks at the cells around sample k (at k + offset steps). Where no live lane's cell may be seen, returns the last sample that all of them may pass over. Else returns k - 1, and
- * sets *look to the sample at which to look again: until then some lane is in a cell that may be seen. The margin keeps what rounding could bring across a border. */
+ * sets *look to the sample at which to look again: until then some lane is in a cell that may be seen. */
 PEL_INLINE int packet_look(const struct pel_job *job, const struct packet *r, const struct spot *s, vf offset, vi live, int k, int *look)
 {
     vi cx = s->x >> PEL_CELL_SHIFT, cy = s->y >> PEL_CELL_SHIFT, cz = s->z >> PEL_CELL_SHIFT;
@@ -155,7 +165,7 @@ PEL_INLINE int packet_look(const struct pel_job *job, const struct packet *r, co
     vi seen = live & (distance == 0), reach = vi_max(distance - 1, vi_set(0));
     vf exit = vf_min(vf_min(axis_exit(cx, reach, PEL_CELL_SIZE, r->ox, r->dx, r->ix), axis_exit(cy, reach, PEL_CELL_SIZE, r->oy, r->dy, r->iy)),
                      axis_exit(cz, reach, PEL_CELL_SIZE, r->oz, r->dz, r->iz));
-    vi to = vi_max(vf_to_vi(vf_max(vf_min(exit - offset - 1e-3f, vf_set(1e9f)), vf_set(0))), vi_set(k));
+    vi to = vi_max(samples_before(exit, offset), vi_set(k));
     if (!vi_any(seen))
         return vi_least(vi_select(live, to, vi_set(INT32_MAX - 1)));
     *look = vi_most(vi_select(seen, to, vi_set(k))) + 1;

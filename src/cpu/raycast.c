@@ -120,10 +120,11 @@ static void describe_voxels(struct pel_raycaster *rc)
     double range = (hi - lo) / rc->raw.scale;
     job->gradient_scale = range > 0 && isfinite(range) ? (float)fmin(1 / range, 1e30) : 1;
     job->voids = rc->minmax.has_voids;
-    job->has_void_value = rc->minmax.has_voids && v->has_void && !isnan(v->void_value);
+    bool by_value = rc->minmax.has_voids && v->has_void && !isnan(v->void_value);
+    job->wide_void = by_value && rc->kind == PEL_KERNEL_WIDE;
+    job->has_void_value = by_value && rc->kind != PEL_KERNEL_WIDE;
     job->void_value = v->void_value;
-    job->void_raw = rc->kind == PEL_KERNEL_WIDE ? (float)((v->void_value - job->wide_offset) * job->wide_scale)
-                                                : (float)((v->void_value - rc->raw.offset) / rc->raw.scale);
+    job->void_raw = (float)((v->void_value - rc->raw.offset) / rc->raw.scale);
     for (int a = 0; a < 3; a++) {
         job->dims[a] = (int32_t)v->dims[a];
         job->last_cell[a] = v->dims[a] > 2 ? (int32_t)v->dims[a] - 2 : 0;
@@ -168,7 +169,7 @@ static void settings(struct pel_raycaster *rc, const struct pel_scene *scene)
     job->specular = (float)s->specular;
     job->power = (float)s->specular_power;
     job->linear_light = scene->linear_light;
-    job->skip = s->skip;
+    job->skip = s->skip && (!pel_mode_has_map(s->mode) || rc->state.map_bytes > 0);
     double longest = 0; /* voxels a step, along any axis */
     for (int a = 0; a < 3; a++)
         longest = fmax(longest, job->step / rc->volume->spacing[a]);
@@ -264,17 +265,22 @@ static void encode_row(void *context, size_t y, int thread)
     }
 }
 
+bool pel_raycaster_aim(struct pel_raycaster *rc, const struct pel_scene *scene, int width, int height, struct pel_error *error)
+{
+    struct pel_job *job = &rc->job;
+    pel_rays_setup(job, scene, width, height);
+    settings(rc, scene);
+    job->spans = NULL;
+    if (!pel_mode_has_map(job->mode) || !job->skip)
+        return true;
+    return pel_spans_build(&rc->spans, scene, rc->minmax.cells.dims, rc->state.visible_cells, rc->threads, job, error) &&
+           pel_classify_octants(&rc->state, octants(job), rc->threads, error);
+}
+
 bool pel_raycaster_draw(struct pel_raycaster *rc, const struct pel_scene *scene, const struct pel_progress *progress, struct pel_image *image,
                         struct pel_raycast_counters *counters, struct pel_error *error)
 {
     struct pel_job *job = &rc->job;
-    pel_rays_setup(job, scene, image->width, image->height);
-    settings(rc, scene);
-    job->spans = NULL;
-    if (pel_mode_has_map(job->mode) &&
-        (!pel_spans_build(&rc->spans, scene, rc->minmax.cells.dims, rc->state.visible_cells, rc->threads, job, error) ||
-         (job->skip && !pel_classify_octants(&rc->state, octants(job), rc->threads, error))))
-        return false;
     job->rgba = image->rgba;
     job->depth = image->depth;
     size_t pixels = (size_t)image->width * (size_t)image->height;
@@ -302,7 +308,7 @@ bool pel_raycaster_draw(struct pel_raycaster *rc, const struct pel_scene *scene,
     size_t cells = rc->minmax.cells.dims[0] * rc->minmax.cells.dims[1] * rc->minmax.cells.dims[2];
     counters->cells = cells;
     counters->visible_cells = rc->state.visible_cells;
-    counters->bytes = (cells + blocks) * 2 * sizeof(float) + rc->state.map_bytes * 9 + rc->state.array_entries * 12 * sizeof(float) +
+    counters->bytes = (cells + blocks) * 2 * sizeof(float) + rc->state.map_bytes * (size_t)(1 + __builtin_popcount(rc->state.octants)) + rc->state.array_entries * 12 * sizeof(float) +
                       (rc->state.bounds ? (cells + blocks) * sizeof(float) : 0);
     return !atomic_load(&d.cancelled);
 }

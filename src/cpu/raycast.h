@@ -2,7 +2,7 @@
 /* The SIMD ray caster: docs/optics.md in float lanes, passing over what cannot be seen.
  *
  * What it keeps between frames comes in three layers, each rebuilt only when its source changed: the min-max grid (volume), the classification (transfer function,
- * isovalues, step: look-up tables and the distance map), the rays (camera). */
+ * isovalues, step: look-up tables and the cells that may be seen), the rays (camera, size, clipping: span masks and distance maps). */
 #ifndef PEL_CPU_RAYCAST_H
 #define PEL_CPU_RAYCAST_H
 
@@ -34,7 +34,10 @@ struct pel_raycast_counters {
     uint64_t bytes; /* memory held beside the volume */
 };
 
-/* Layer 3: draws. The scene has passed pel_scene_check and is the one that was classified, up to its camera and clipping. */
+/* Layer 3: rays for a picture of this size, the cells that may be seen projected onto it, and distance maps for the directions in which its rays go. */
+bool pel_raycaster_aim(struct pel_raycaster *raycaster, const struct pel_scene *scene, int width, int height, struct pel_error *error);
+
+/* Draws. The scene has passed pel_scene_check and is the one that was classified and aimed at. */
 bool pel_raycaster_draw(struct pel_raycaster *raycaster, const struct pel_scene *scene, const struct pel_progress *progress,
                         struct pel_image *image, struct pel_raycast_counters *counters, struct pel_error *error);
 

@@ -84,6 +84,10 @@ static void rays(struct pel_job *job, const struct pel_scene *scene, const doubl
     times(to_index, job->w0, job->d0);
     times(to_index, job->wx, job->dx);
     times(to_index, job->wy, job->dy);
+    double longest = 0;
+    for (int i = 0; i < 3; i++)
+        longest = fmax(longest, fabs(job->d0[i]) + job->width * fabs(job->dx[i]) + job->height * fabs(job->dy[i]));
+    job->along = 1e-12 * longest;
     job->s_base = base;
     job->s_least = c->parallel ? -1e300 : -base;
 }

@@ -17,7 +17,7 @@ PEL_INLINE struct light shade_headlights(const struct pel_job *job, const struct
     vf length2 = m[0] * g[0] * g[0] + m[1] * g[1] * g[1] + m[2] * g[2] * g[2];
     if (!job->orthogonal)
         length2 += m[3] * g[0] * g[1] + m[4] * g[0] * g[2] + m[5] * g[1] * g[2];
-    *flat = ~(length2 > 1e-30f);
+    *flat = ~((length2 > 1e-30f) & (length2 <= FLT_MAX));
     vf along = vf_abs(g[0] * r->dx + g[1] * r->dy + g[2] * r->dz) * job->steps_a_voxel;
     vf cosine = vf_min(along * vf_rsqrt(vf_select(*flat, vf_set(1), length2)), vf_set(1));
     vf shine = job->specular > 0 ? vf_power(cosine, job->power) : vf_set(0);
@@ -40,7 +40,7 @@ PEL_INLINE struct light shade_any_lights(const struct pel_job *job, const struct
         v[a] = (job->to_world[a][0] * r->dx + job->to_world[a][1] * r->dy + job->to_world[a][2] * r->dz) * -job->steps_a_voxel;
     }
     vf length2 = n[0] * n[0] + n[1] * n[1] + n[2] * n[2];
-    *flat = ~(length2 > 1e-30f);
+    *flat = ~((length2 > 1e-30f) & (length2 <= FLT_MAX));
     vf facing = n[0] * v[0] + n[1] * v[1] + n[2] * v[2];
     vf scale = vf_rsqrt(vf_select(*flat, vf_set(1), length2));
     scale = vf_select(facing < 0, -scale, scale);

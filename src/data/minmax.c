@@ -20,13 +20,14 @@ struct work {
 };
 
 /* Folds one voxel row into least and most. Integers have no NaN; a void value is compared in the voxels' type. */
-#define FOLD_INTEGER(NAME, T)                                                                                                                \
+#define FOLD_INTEGER(NAME, T, LOW, HIGH)                                                                                                                \
     static bool fold_##NAME(const void *row, size_t n, void *least_row, void *most_row, bool has_void, double void_value)                   \
     {                                                                                                                                        \
         const T *restrict v = row;                                                                                                           \
         T *restrict lo = least_row, *restrict hi = most_row;                                                                                 \
-        T gap = (T)void_value;                                                                                                               \
-        if (!has_void || (double)gap != void_value) {                                                                                        \
+        bool fits = has_void && void_value >= (double)LOW && void_value <= (double)HIGH;                                                     \
+        T gap = fits ? (T)void_value : 0;                                                                                                    \
+        if (!fits || (double)gap != void_value) {                                                                                            \
             for (size_t i = 0; i < n; i++) {                                                                                                 \
                 lo[i] = v[i] < lo[i] ? v[i] : lo[i];                                                                                         \
                 hi[i] = v[i] > hi[i] ? v[i] : hi[i];                                                                                         \
@@ -94,12 +95,12 @@ static float round_up(double v)
     return (double)f < v ? nextafterf(f, INFINITY) : f;
 }
 
-FOLD_INTEGER(u8, uint8_t)
-FOLD_INTEGER(i8, int8_t)
-FOLD_INTEGER(u16, uint16_t)
-FOLD_INTEGER(i16, int16_t)
-FOLD_INTEGER(u32, uint32_t)
-FOLD_INTEGER(i32, int32_t)
+FOLD_INTEGER(u8, uint8_t, 0, UINT8_MAX)
+FOLD_INTEGER(i8, int8_t, INT8_MIN, INT8_MAX)
+FOLD_INTEGER(u16, uint16_t, 0, UINT16_MAX)
+FOLD_INTEGER(i16, int16_t, INT16_MIN, INT16_MAX)
+FOLD_INTEGER(u32, uint32_t, 0, UINT32_MAX)
+FOLD_INTEGER(i32, int32_t, INT32_MIN, INT32_MAX)
 FOLD_REAL(f32, float, 3.402823466e38f)
 FOLD_REAL(f64, double, 1.7976931348623157e308)
 GATHER(u8, uint8_t, 0, UINT8_MAX)

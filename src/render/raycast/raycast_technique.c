@@ -29,7 +29,11 @@ static bool prepare(void **state, const struct pel_frame *frame, struct pel_erro
         if (!pel_raycaster_classify(rc, frame->scene, error))
             return false;
         pel_frame_stage(frame, "classify", start);
+        start = pel_now_ms();
     }
+    if (!pel_raycaster_aim(rc, frame->scene, frame->image->width, frame->image->height, error))
+        return false;
+    pel_frame_stage(frame, "aim", start);
     return true;
 }
 
