@@ -50,7 +50,7 @@ int main(int argc, char **argv)
         !pel_volume_magnitude(&field, &speed, &error) || !classify(&scene.transfer, &speed, &error))
         goto done;
     scene.volume = &speed;
-    pel_camera_fit(&scene.camera, &speed, 800, 800);
+    pel_scene_fit_camera(&scene, 800, 800);
     renderer = pel_renderer_create(&(struct pel_renderer_params)PEL_RENDERER_PARAMS_INIT, &error);
     ok = renderer && pel_image_allocate(&image, 800, 800, false, &error) && pel_renderer_draw(renderer, &scene, NULL, &image, &error) &&
          pel_write_image(argv[1], &image, &(struct pel_image_write_params)PEL_IMAGE_WRITE_PARAMS_INIT, &error);

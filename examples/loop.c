@@ -70,7 +70,7 @@ int main(int argc, char **argv)
     if (!renderer || !pel_image_allocate(&image, 512, 512, false, &error) ||
         !pel_transfer_automatic(&scene.transfer, &volume, PEL_TRANSFER_COMPOSITE, &error))
         goto done;
-    pel_camera_fit(&scene.camera, &volume, image.width, image.height);
+    pel_scene_fit_camera(&scene, image.width, image.height);
 
     if (!frame(renderer, &scene, &image, "first frame", &error))
         goto done;

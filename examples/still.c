@@ -32,7 +32,7 @@ int main(int argc, char **argv)
     scene.volume = &volume;
     if (!pel_transfer_automatic(&scene.transfer, &volume, PEL_TRANSFER_COMPOSITE, &error))
         goto done;
-    pel_camera_fit(&scene.camera, &volume, 800, 600);
+    pel_scene_fit_camera(&scene, 800, 600);
 
     renderer = pel_renderer_create(&(struct pel_renderer_params)PEL_RENDERER_PARAMS_INIT, &error);
     ok = renderer && pel_image_allocate(&image, 800, 600, false, &error) &&

@@ -213,7 +213,11 @@ bool scene_set_camera(struct loaded_scene *loaded, const struct arguments *argum
         return false;
     bool placed = arguments_given(arguments, "camera-position") || arguments_given(arguments, "camera-focal-point");
     if (!has->camera) {
-        pel_camera_fit(camera, &loaded->volume, values->size[0], values->size[1]);
+        struct pel_camera kept = loaded->scene.camera;
+        loaded->scene.camera = *camera;
+        pel_scene_fit_camera(&loaded->scene, values->size[0], values->size[1]);
+        *camera = loaded->scene.camera;
+        loaded->scene.camera = kept;
         if (loaded->scene.render.mode == PEL_MODE_SLICE && !placed)
             face_slice(camera, &loaded->scene.slice, loaded->volume.space);
     }
