@@ -12,7 +12,7 @@
 #include "alloc.h"
 #include "fail.h"
 
-enum { RAW_SIZE = 1 << 16, AHEAD_SIZE = 1 << 16, STEP = 1 << 22, DEFLATE_RATIO = 1032 };
+enum { RAW_SIZE = 1 << 16, AHEAD_SIZE = 1 << 16, STEP = 1 << 22, DEFLATE_RATIO = 1032, GZIP_MARK = 4 };
 
 struct pel_stream {
     int fd;                   /* -1 over another stream */
@@ -24,7 +24,7 @@ struct pel_stream {
 
     unsigned char *raw; /* bytes as the source gave them, not yet used: raw[raw_start .. raw_end) */
     size_t raw_start, raw_end;
-    bool raw_ended;
+    bool raw_ended; /* nothing comes behind them */
 
     bool inflating, z_ended;
     z_stream z;
@@ -72,12 +72,26 @@ static bool fill_raw(struct pel_stream *s, struct pel_error *error)
     return true;
 }
 
-/* A gzip header at the start of raw: magic, deflate, no reserved flag. Enough bytes for it are there whenever the file has them, as the first
- * pull from a file gives at least that many. */
-static bool gzip_follows(const struct pel_stream *s)
+/* *follows: a gzip header is at the start of raw: magic, deflate, no reserved flag. The buffer may end within it and a pipe may give less than
+ * was asked for, so reads on until it can be told. */
+static bool gzip_follows(struct pel_stream *s, bool *follows, struct pel_error *error)
 {
+    *follows = false;
+    if (s->raw_end - s->raw_start < GZIP_MARK && s->raw_start > 0) {
+        memmove(s->raw, s->raw + s->raw_start, s->raw_end - s->raw_start);
+        s->raw_end -= s->raw_start;
+        s->raw_start = 0;
+    }
+    while (s->raw_end - s->raw_start < GZIP_MARK && !s->raw_ended) {
+        size_t got;
+        if (!pull(s, s->raw + s->raw_end, RAW_SIZE - s->raw_end, &got, error))
+            return false;
+        s->raw_end += got;
+        s->raw_ended = got == 0;
+    }
     const unsigned char *b = s->raw + s->raw_start;
-    return s->raw_end - s->raw_start >= 4 && b[0] == 0x1f && b[1] == 0x8b && b[2] == 8 && (b[3] & 0xe0) == 0;
+    *follows = s->raw_end - s->raw_start >= GZIP_MARK && b[0] == 0x1f && b[1] == 0x8b && b[2] == 8 && (b[3] & 0xe0) == 0;
+    return true;
 }
 
 /* Decodes some bytes; *got is 0 only at the end. */
@@ -87,7 +101,7 @@ static bool inflate_some(struct pel_stream *s, void *bytes, size_t size, size_t 
     while (*got == 0 && !s->z_ended) {
         if (!fill_raw(s, error))
             return false;
-        if (s->raw_ended)
+        if (s->raw_start == s->raw_end)
             return pel_fail(error, PEL_ERROR_FORMAT, "the compressed data end too early; the file is truncated");
         s->z.next_in = s->raw + s->raw_start;
         s->z.avail_in = (uInt)(s->raw_end - s->raw_start);
@@ -98,12 +112,12 @@ static bool inflate_some(struct pel_stream *s, void *bytes, size_t size, size_t 
         *got = size - s->z.avail_out;
         if (status == Z_STREAM_END) {
             /* gzip files may be several members in a row; anything else behind the end is none of ours. */
-            if (!fill_raw(s, error))
+            bool more;
+            if (!gzip_follows(s, &more, error))
                 return false;
-            if (gzip_follows(s))
+            if (more)
                 inflateReset(&s->z);
-            else
-                s->z_ended = true;
+            s->z_ended = !more;
         } else if (status == Z_MEM_ERROR) {
             return pel_fail(error, PEL_ERROR_MEMORY, "no memory to decompress");
         } else if (status != Z_OK && status != Z_BUF_ERROR) {
@@ -133,9 +147,9 @@ static bool decode(struct pel_stream *s, unsigned char *bytes, size_t size, size
 static struct pel_stream *create(enum pel_stream_coding coding, struct pel_stream *s, struct pel_error *error)
 {
     s->raw = pel_alloc(RAW_SIZE, 1, "read buffer", error);
-    if (!s->raw || !fill_raw(s, error))
+    bool gzip;
+    if (!s->raw || !gzip_follows(s, &gzip, error))
         goto fail;
-    bool gzip = gzip_follows(s);
     if (coding == PEL_STREAM_ZLIB || (coding == PEL_STREAM_AUTO && gzip)) {
         if (inflateInit2(&s->z, 15 + 32) != Z_OK) {
             pel_fail(error, PEL_ERROR_MEMORY, "no memory to decompress");
