@@ -80,7 +80,7 @@ static bool unpack_bzip2(struct data *d, struct pel_stream *stream, struct pel_e
     unsigned char *out = pel_alloc(room, 1, "samples", error);
     int status = BZ_OK;
     bool ok = out != NULL;
-    while (ok && done < want && status != BZ_STREAM_END) {
+    while (ok && done < want) {
         size_t got;
         if (bz.avail_in == 0) {
             ok = pel_stream_read(stream, in, sizeof in, &got, error);
@@ -88,6 +88,13 @@ static bool unpack_bzip2(struct data *d, struct pel_stream *stream, struct pel_e
                 break;
             bz.next_in = in;
             bz.avail_in = ok ? (unsigned)got : 0;
+        }
+        if (ok && status == BZ_STREAM_END) { /* pbzip2 and cat put several streams in a row */
+            char *next = bz.next_in;
+            unsigned left = bz.avail_in;
+            BZ2_bzDecompressEnd(&bz);
+            bz = (bz_stream){ .next_in = next, .avail_in = left };
+            ok = BZ2_bzDecompressInit(&bz, 0, 0) == BZ_OK || pel_fail(error, PEL_ERROR_MEMORY, "no memory to decompress");
         }
         if (ok && done == room) {
             room = room > (size_t)want / 2 ? (size_t)want : room * 2;

@@ -201,7 +201,10 @@ bool pel_text_file_numbers(struct pel_text *text, int file_type, void *numbers, 
     bool is_unsigned = file_type == PEL_FILE_U64;
     for (size_t i = 0; i < count; i++) {
         char word[32], *end;
-        if (!pel_text_word(text, word, sizeof word))
+        bool there = pel_text_word(text, word, sizeof word);
+        if (text->failed)
+            return false; /* the reason is told already */
+        if (!there)
             return pel_fail(error, PEL_ERROR_FORMAT, "has %zu numbers where %zu should be; it is truncated or its header is wrong", i, count);
         long long v = is_unsigned ? (long long)strtoull(word, &end, 10) : strtoll(word, &end, 10);
         if (*end)

@@ -94,6 +94,69 @@ static void encodings(void **state)
     pel_volume_finish(&v);
 }
 
+/* Several streams in a row, as pbzip2 writes them, cut in the middle of a stream and between two. */
+static void bzip2_streams(void **state)
+{
+    (void)state;
+    const char *path = scratch("m.nrrd"), *header = "type: uchar\ndimension: 3\nsizes: 2 3 4\nencoding: bzip2\n";
+    struct pel_volume v;
+    char packed[1024];
+    unsigned size = 0, ends[4];
+    for (int i = 0; i < 4; i++) { /* 10, 0, 10 and 4 bytes */
+        static const int starts[] = { 0, 10, 10, 20, 24 };
+        ends[i] = sizeof packed - size;
+        BZ2_bzBuffToBuffCompress(packed + size, &ends[i], (char *)counting + starts[i], (unsigned)(starts[i + 1] - starts[i]), 9, 0, 0);
+        size += ends[i];
+        ends[i] = size;
+    }
+    write_nrrd(path, header, packed, size);
+    read_ok(path, &v, NULL);
+    assert_memory_equal(v.data, counting, 24);
+    pel_volume_finish(&v);
+    write_nrrd(path, header, packed, ends[2]);
+    expect_bad(path, "4 bytes of samples are missing");
+    write_nrrd(path, header, packed, ends[2] - 20);
+    expect_bad(path, "missing");
+    memcpy(packed + ends[2], "no bzip2", 8);
+    write_nrrd(path, header, packed, ends[2] + 8);
+    expect_bad(path, "damaged");
+}
+
+static bool stop_in_the_middle(void *user, double fraction)
+{
+    (void)user;
+    return fraction < 0.5;
+}
+
+/* What stopped the reading of numbers in text is what is told, not that there are too few of them. */
+static void text_that_stops(void **state)
+{
+    (void)state;
+    enum { COUNT = 40000 };
+    struct pel_volume v;
+    struct pel_error error = PEL_ERROR_INIT;
+    struct pel_read_params params = PEL_READ_PARAMS_INIT;
+    char *text = malloc(COUNT * 8 + 100);
+    assert_non_null(text);
+    size_t size = (size_t)sprintf(text, "NRRD0004\ntype: int64\ndimension: 3\nsizes: %d 1 1\nencoding: ascii\n\n", COUNT);
+    for (int i = 0; i < COUNT; i++)
+        size += (size_t)sprintf(text + size, "%d\n", i * 7919 % 1000003);
+    write_file(scratch("stop.nrrd"), text, size);
+    read_ok(scratch("stop.nrrd"), &v, NULL);
+    assert_true(((double *)v.data)[COUNT - 1] == (COUNT - 1) * 7919 % 1000003);
+    pel_volume_finish(&v);
+    params.progress = (struct pel_progress){ stop_in_the_middle, NULL };
+    pel_volume_init(&v);
+    assert_false(pel_read_volume(scratch("stop.nrrd"), &params, &v, NULL, &error));
+    assert_int_equal(error.code, PEL_ERROR_CANCELLED);
+    write_gzip(scratch("stop.nrrd"), text, size);
+    free(text);
+    unsigned char *packed = read_file(scratch("stop.nrrd"), &size);
+    write_file(scratch("stop.nrrd"), packed, size / 2);
+    free(packed);
+    expect_bad(scratch("stop.nrrd"), "the compressed data end too early");
+}
+
 static void big_integers(void **state)
 {
     (void)state;
@@ -289,7 +352,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(facts_of_real_files), cmocka_unit_test(round_trips), cmocka_unit_test(encodings), cmocka_unit_test(big_integers),
         cmocka_unit_test(axes),                cmocka_unit_test(spaces),      cmocka_unit_test(detached),  cmocka_unit_test(whole_file_gzipped),
-        cmocka_unit_test(lies),                cmocka_unit_test(truncations),
+        cmocka_unit_test(lies),                cmocka_unit_test(truncations), cmocka_unit_test(bzip2_streams), cmocka_unit_test(text_that_stops),
     };
     return cmocka_run_group_tests_name("nrrd", tests, make_scratch, remove_scratch);
 }
