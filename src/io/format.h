@@ -37,7 +37,8 @@ struct pel_format {
 extern const struct pel_format pel_format_nrrd, pel_format_nifti, pel_format_metaimage, pel_format_raw;
 extern const struct pel_format pel_format_tiff, pel_format_vtk, pel_format_vti, pel_format_dicom;
 
-/* NULL-terminated, in the order in which probes are asked. */
+/* NULL-terminated, in the order in which probes are asked. At most PEL_MOST_FORMATS, which their definition makes sure of. */
+enum { PEL_MOST_FORMATS = 32 };
 extern const struct pel_format *const pel_formats[];
 
 /* Case-insensitive: does `path` end in one of the words of `endings` (".nrrd .nhdr")? */

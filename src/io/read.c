@@ -93,7 +93,7 @@ static const struct pel_format *find_in_folder(const char *path, struct pel_erro
         pel_fail_errno(error, "cannot be read");
         return NULL;
     }
-    int votes[32] = { 0 }, looked = 0;
+    int votes[PEL_MOST_FORMATS] = { 0 }, looked = 0;
     for (int n = 0; n < count && looked < LOOK_AT; n++) {
         size_t size = strlen(path) + strlen(names[n]->d_name) + 2;
         char *file = names[n]->d_name[0] == '.' ? NULL : pel_alloc(size, 1, "file name", NULL);
@@ -107,7 +107,7 @@ static const struct pel_format *find_in_folder(const char *path, struct pel_erro
         if (stream && pel_stream_peek(stream, PEL_PROBE_SIZE, &bytes, &got, NULL)) {
             const struct pel_format *format = probe_bytes(bytes, got, file);
             looked++;
-            for (int i = 0; pel_formats[i] && i < 32; i++)
+            for (int i = 0; pel_formats[i]; i++)
                 votes[i] += pel_formats[i] == format && format->folders;
         }
         pel_stream_close(stream);
@@ -117,7 +117,7 @@ static const struct pel_format *find_in_folder(const char *path, struct pel_erro
         free(names[n]);
     free(names);
     int best = -1;
-    for (int i = 0; pel_formats[i] && i < 32; i++)
+    for (int i = 0; pel_formats[i]; i++)
         if (votes[i] > (best < 0 ? 0 : votes[best]))
             best = i;
     if (best >= 0)
