@@ -4,6 +4,7 @@
 #include <inttypes.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include "commands.h"
@@ -86,31 +87,37 @@ static bool numbered(const char *path, int number, char *text, size_t size, stru
     return length < (int)size || tool_fail(error, PEL_ERROR_ARGUMENT, "the output's path is too long");
 }
 
+/* Where a run fails it takes back what it wrote, but never a file that had been there before. */
+static bool is_new(const char *path)
+{
+    struct stat st;
+    return lstat(path, &st) != 0;
+}
+
+/* The picture, and the depth before it: where one cannot be written an older picture is left alone. */
 static bool write_pictures(const struct values *values, const struct loaded_scene *loaded, const struct pel_image *image, int number,
                            struct pel_error *error)
 {
     struct pel_image_write_params params = PEL_IMAGE_WRITE_PARAMS_INIT;
-    char path[PEL_OPTION_TEXT_SIZE];
+    char picture[PEL_OPTION_TEXT_SIZE], depth[PEL_OPTION_TEXT_SIZE];
+    bool turntable = number >= 0, new_depth = false;
     params.keep_alpha = values->alpha;
     params.compression = values->compression;
     memcpy(params.background, loaded->scene.background, sizeof params.background);
-    if (values->output[0]) {
-        if (number >= 0 && !numbered(values->output, number, path, sizeof path, error))
-            return false;
-        const char *name = number >= 0 ? path : values->output;
-        if (!pel_write_image(name, image, &params, error))
-            return tool_fail_in(error, strcmp(name, "-") == 0 ? "standard output" : name);
+    snprintf(picture, sizeof picture, "%s", values->output);
+    snprintf(depth, sizeof depth, "%s", values->depth);
+    if (turntable && ((picture[0] && !numbered(values->output, number, picture, sizeof picture, error)) ||
+                      (depth[0] && !numbered(values->depth, number, depth, sizeof depth, error))))
+        return false;
+    if (depth[0]) {
+        new_depth = is_new(depth);
+        if (!pel_write_depth(depth, image, error))
+            return tool_fail_in(error, depth);
     }
-    if (values->depth[0]) {
-        if (number >= 0 && !numbered(values->depth, number, path, sizeof path, error))
-            return false;
-        const char *name = number >= 0 ? path : values->depth;
-        if (!pel_write_depth(name, image, error)) {
-            /* Both or none. */
-            if (values->output[0] && number < 0 && strcmp(values->output, "-") != 0)
-                unlink(values->output);
-            return tool_fail_in(error, name);
-        }
+    if (picture[0] && !pel_write_image(picture, image, &params, error)) {
+        if (new_depth) /* both or none */
+            unlink(depth);
+        return tool_fail_in(error, strcmp(picture, "-") == 0 ? "standard output" : picture);
     }
     return true;
 }

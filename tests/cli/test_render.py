@@ -189,6 +189,20 @@ with Folder() as folder:
     fails("no room for the picture", 1, "p.png", "render", volume, "-o", folder / "p.png", "--size", "200", "--compression", "0", preexec_fn=small_files)
     fails("no room for the depth", 1, "d.nrrd", "render", volume, "-o", folder / "p.png", "--depth", folder / "d.nrrd", "--size", "60",
           preexec_fn=small_files)
+    # Depth is written first; a picture of another run outlives its failure, and a new one's failure takes a new depth with it, not an older one.
+    older = write(folder / "older.png", b"a picture of yesterday")
+    fails("no room for the depth beside an older picture", 1, "d.nrrd", "render", volume, "-o", older, "--depth", folder / "d.nrrd", "--size", "60",
+          preexec_fn=small_files)
+    check(read(older) == b"a picture of yesterday" and not os.path.exists(folder / "d.nrrd"), "the older picture is left alone")
+    os.unlink(older)
+    os.mkdir(older)
+    fails("no picture, so no depth", 1, "older.png", "render", volume, "-o", older, "--depth", folder / "d.nrrd", "--size", "8")
+    check(not os.path.exists(folder / "d.nrrd"), "no depth without its picture")
+    fine("a depth alone", "render", volume, "--depth", folder / "d.nrrd", "--size", "8")
+    fails("no picture beside an older depth", 1, "older.png", "render", volume, "-o", older, "--depth", folder / "d.nrrd", "--size", "8")
+    check(os.path.exists(folder / "d.nrrd"), "the older depth stays")
+    os.unlink(folder / "d.nrrd")
+    os.rmdir(older)
     fails("no folder", 1, "nowhere", "render", volume, "-o", folder / "nowhere/p.png")
     os.mkdir(folder / "taken.png")
     fails("a folder in the way", 1, "taken.png", "render", volume, "-o", folder / "taken.png", "--size", "8")
