@@ -57,8 +57,8 @@ bool pel_transfer_parse_opacity(struct pel_transfer *transfer, const char *text,
 double pel_transfer_opacity(const struct pel_transfer *transfer, double value);
 void pel_transfer_color(const struct pel_transfer *transfer, double value, double rgb[3]);
 
-/* Moves the values of all points so that from_lo lands on to_lo and from_hi on to_hi, and what is between and beyond in proportion; a range that runs
- * the other way reverses the curves. Where from_lo == from_hi there is no width to go by: the values only move, by to_lo - from_lo. */
+/* Moves the values of all points so that from_lo lands on to_lo and from_hi on to_hi, and all others in proportion; a range that runs the
+ * other way reverses the curves. Where from_lo == from_hi there is no width to go by: the values only move, by to_lo - from_lo. */
 void pel_transfer_rescale(struct pel_transfer *transfer, double from_lo, double from_hi, double to_lo, double to_hi);
 
 /* A transfer function that shows the object in the volume, chosen from its histogram and gradients: air and noise transparent,
