@@ -102,8 +102,8 @@ struct pel_scene {
 bool pel_scene_init(struct pel_scene *scene, struct pel_error *error);
 void pel_scene_finish(struct pel_scene *scene);
 
-/* Places the camera as pel_camera_fit does, but so that what the scene shows fills the view: the samples that the transfer function (composite and MIP) or the isosurfaces let be seen. The other
- * modes show the whole box. Looks at a sparse set of samples; needs scene->volume. */
+/* Places the camera as pel_camera_fit does, but so that what the scene shows fills the view: the samples that the transfer function or the isosurfaces let be seen. MinIP, average and slice show the
+ * whole box. Looks at a sparse set of samples; needs scene->volume. */
 void pel_scene_fit_camera(struct pel_scene *scene, int width, int height);
 
 /* Refuses what cannot be drawn: no volume, several components, a camera that is none, settings out of range, no isosurface in

@@ -79,7 +79,8 @@ void pel_scene_fit_camera(struct pel_scene *scene, int width, int height)
     struct pel_camera *camera = &scene->camera;
     struct points points = { NULL, 0 };
     pel_camera_fit(camera, scene->volume, width, height);
-    bool whole = scene->render.mode != PEL_MODE_COMPOSITE && scene->render.mode != PEL_MODE_ISOSURFACE && scene->render.mode != PEL_MODE_MIP;
+    enum pel_mode mode = scene->render.mode;
+    bool whole = mode == PEL_MODE_MINIP || mode == PEL_MODE_AVERAGE || mode == PEL_MODE_SLICE;
     if (whole || !collect(scene, &points) || !trim(scene->volume, &points)) {
         free(points.at);
         return;
