@@ -122,6 +122,49 @@ void draw(const struct pel_scene *scene, const char *technique, int width, int h
     draw_with(scene, technique, 2, width, height, image);
 }
 
+int available_isas(const char *names[3])
+{
+    int count = 0;
+#if defined(__x86_64__)
+    __builtin_cpu_init();
+    if (__builtin_cpu_supports("sse4.2") && __builtin_cpu_supports("popcnt"))
+        names[count++] = "x86-64-v2";
+#if !defined(ONE_ISA)
+    if (__builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma") && __builtin_cpu_supports("bmi2"))
+        names[count++] = "x86-64-v3";
+    if (__builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512bw") && __builtin_cpu_supports("avx512vl") &&
+        __builtin_cpu_supports("avx512dq") && __builtin_cpu_supports("avx512cd"))
+        names[count++] = "x86-64-v4";
+#endif
+#else
+    (void)names;
+#endif
+    return count;
+}
+
+void draw_isa(const struct pel_scene *scene, const char *isa, int width, int height, struct pel_image *image)
+{
+    struct pel_error error = PEL_ERROR_INIT;
+    struct pel_renderer_params params = PEL_RENDERER_PARAMS_INIT;
+    char old[64] = "";
+    if (getenv("PELLUCID_ISA"))
+        snprintf(old, sizeof old, "%s", getenv("PELLUCID_ISA"));
+    params.threads = 2;
+    setenv("PELLUCID_ISA", isa, 1);
+    struct pel_renderer *renderer = pel_renderer_create(&params, &error);
+    if (!renderer)
+        fail_msg("%s: %s", isa, error.message);
+    pel_image_init(image);
+    if (!pel_image_allocate(image, width, height, true, &error) || !pel_renderer_draw(renderer, scene, "raycast", image, &error))
+        fail_msg("%s: %s", isa, error.message);
+    assert_string_equal(pel_renderer_stats(renderer)->isa, isa);
+    pel_renderer_destroy(renderer);
+    if (*old)
+        setenv("PELLUCID_ISA", old, 1);
+    else
+        unsetenv("PELLUCID_ISA");
+}
+
 double largest_difference(const struct pel_image *a, const struct pel_image *b)
 {
     double largest = 0;

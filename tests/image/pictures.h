@@ -45,6 +45,11 @@ void look_parallel(struct pel_scene *scene, const double forward[3], double dist
 void draw(const struct pel_scene *scene, const char *technique, int width, int height, struct pel_image *image);
 void draw_with(const struct pel_scene *scene, const char *technique, int threads, int width, int height, struct pel_image *image);
 
+/* The instruction sets that this machine and this build have, the narrowest first. */
+int available_isas(const char *names[3]);
+/* Draws with PELLUCID_ISA set, and sees to it that the kernels are those that were asked for. */
+void draw_isa(const struct pel_scene *scene, const char *isa, int width, int height, struct pel_image *image);
+
 /* Greatest difference of any channel; NaN counts as infinite. Greatest difference of depths, infinite where one alone is infinite. */
 double largest_difference(const struct pel_image *a, const struct pel_image *b);
 double largest_depth_difference(const struct pel_image *a, const struct pel_image *b);
