@@ -128,7 +128,7 @@ static bool write_detached(const char *path, const struct pel_volume *volume, in
 {
     struct pel_safe_file header = { 0 }, data = { 0 };
     char *name = data_name(path, params->compress, error), *beside = name ? pel_path_beside(path, name, error) : NULL;
-    bool ok = beside && pel_safe_file_open(&header, path, error) && pel_safe_file_open(&data, beside, error) &&
+    bool ok = beside && pel_safe_file_open(&header, path, error) && pel_safe_file_open_data(&data, path, beside, name, error) &&
               pel_nrrd_write_header(&header, volume, kind, params->compress, name, error) && write_samples(&data, volume, params, error) &&
               pel_safe_file_commit(&data, error) && pel_safe_file_commit(&header, error);
     pel_safe_file_abort(&data);

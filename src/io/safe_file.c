@@ -112,6 +112,33 @@ bool pel_safe_file_open(struct pel_safe_file *out, const char *path, struct pel_
     return false;
 }
 
+/* Whether a line of a text header ends with ": name" or "= name", as "data file: name" does. */
+static bool header_names(const char *header, const char *name)
+{
+    struct stat st;
+    FILE *file = stat(header, &st) == 0 && S_ISREG(st.st_mode) ? fopen(header, "rb") : NULL;
+    char line[4096];
+    bool found = false;
+    for (int lines = 0; file && !found && lines < 1000 && fgets(line, sizeof line, file); lines++) {
+        line[strcspn(line, "\r\n")] = 0;
+        char *value = strpbrk(line, ":=");
+        found = value && strcmp(value + 1 + strspn(value + 1, " \t"), name) == 0;
+    }
+    if (file)
+        fclose(file);
+    return found;
+}
+
+bool pel_safe_file_open_data(struct pel_safe_file *out, const char *header, const char *path, const char *name, struct pel_error *error)
+{
+    struct stat st;
+    *out = (struct pel_safe_file){ 0 };
+    if (lstat(path, &st) == 0 && !header_names(header, name))
+        return pel_fail(error, PEL_ERROR_IO, "its data would replace %.200s, which exists; choose another name or an attached format (.mha, .nrrd)",
+                        name);
+    return pel_safe_file_open(out, path, error);
+}
+
 bool pel_safe_file_write(struct pel_safe_file *out, const void *bytes, size_t size, struct pel_error *error)
 {
     if (size == 0 || fwrite(bytes, 1, size, out->file) == size)

@@ -20,6 +20,10 @@ struct pel_safe_file {
 /* Starts an output file. `out` need not be initialised. Messages of these functions name no path: callers put it in front with pel_fail_in. */
 bool pel_safe_file_open(struct pel_safe_file *out, const char *path, struct pel_error *error);
 
+/* The same for the data file of a detached header. A file that is there is replaced only where the header that is there names it (`name`, as
+ * the header's text has it): any other is not this header's to replace, and may be what the volume was read from. */
+bool pel_safe_file_open_data(struct pel_safe_file *out, const char *header, const char *path, const char *name, struct pel_error *error);
+
 /* fwrite that reports. */
 bool pel_safe_file_write(struct pel_safe_file *out, const void *bytes, size_t size, struct pel_error *error);
 

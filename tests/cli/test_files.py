@@ -75,8 +75,9 @@ with Folder() as folder:
         check(before.get("type") == kind, "type " + kind, before)
         for ending in [".vti", ".mha", ".nhdr", ".mhd", ".nrrd"]:
             for more in [], ["--compress"]:
-                fine("%s to %s %s" % (kind, ending, "".join(more)), "convert", first, folder / ("b" + ending), *more)
-                fine("and back", "convert", folder / ("b" + ending), folder / "c.nrrd")
+                second = folder / ("b%s%d%s" % (ending[1:], len(more), ending)) # names of their own: a header does not replace another's data
+                fine("%s to %s %s" % (kind, ending, "".join(more)), "convert", first, second, *more)
+                fine("and back", "convert", second, folder / "c.nrrd")
                 after = info(folder / "c.nrrd")
                 same = ["dims", "type", "components", "min", "max", "mean", "nonzero", "spacing"]
                 check([after.get(k) for k in same] == [before[k] for k in same], "%s through %s %s" % (kind, ending, "".join(more)), (before, after))

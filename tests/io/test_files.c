@@ -119,6 +119,38 @@ static void cancelled_writing_leaves_nothing(void **state)
     pel_volume_finish(&v);
 }
 
+/* Data beside a detached header are replaced only where the header that is there names them. */
+static void foreign_data_stay(void **state)
+{
+    (void)state;
+    static const char *const names[] = { "own.nhdr", "own.mhd" }, *const data[] = { "own.raw.gz", "own.zraw" };
+    struct pel_volume v;
+    fill_volume(&v, PEL_U8, 1);
+    for (int i = 0; i < 2; i++)
+        for (int compress = 0; compress < 2; compress++) {
+            struct pel_write_params params = PEL_WRITE_PARAMS_INIT;
+            struct pel_error error = PEL_ERROR_INIT;
+            const char *beside = compress ? data[i] : "own.raw";
+            size_t size;
+            params.compress = compress;
+            write_text(scratch(beside), "foreign");
+            assert_false(pel_write_volume(scratch(names[i]), &v, &params, &error));
+            assert_int_equal(error.code, PEL_ERROR_IO);
+            assert_non_null(strstr(error.message, beside));
+            assert_int_not_equal(access(scratch(names[i]), F_OK), 0);
+            unsigned char *bytes = read_file(scratch(beside), &size);
+            assert_int_equal(size, 7);
+            assert_memory_equal(bytes, "foreign", 7);
+            free(bytes);
+            unlink(scratch(beside));
+            for (int again = 0; again < 2; again++)
+                assert_true(pel_write_volume(scratch(names[i]), &v, &params, &error));
+            unlink(scratch(names[i]));
+            unlink(scratch(beside));
+        }
+    pel_volume_finish(&v);
+}
+
 static bool kill_it(void *user, double fraction)
 {
     (void)user;
@@ -196,6 +228,7 @@ int main(void)
         cmocka_unit_test(arrays_by_name),
         cmocka_unit_test(cancelled_reading),
         cmocka_unit_test(cancelled_writing_leaves_nothing),
+        cmocka_unit_test(foreign_data_stay),
         cmocka_unit_test(killed_writing_leaves_the_old_file),
         cmocka_unit_test(targets),
     };
