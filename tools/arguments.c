@@ -6,6 +6,7 @@
 #include <getopt.h>
 #include <stdlib.h>
 #include <string.h>
+#include <unistd.h>
 
 /* Flags that getopt_long may meet: one a row, one more ("no-...") a bool, and help. */
 enum { MAX_FLAGS = 2 * MAX_GROUPS * MAX_ROWS + 2, FIRST_FLAG = 256 /* getopt_long gives FIRST_FLAG + index; letters are below */ };
@@ -118,6 +119,11 @@ static const char *optional_value(const struct pel_option *row, const char *next
             optind++;
             return next;
         }
+    /* A word that is no flag and no file is a choice mistaken; the row says which there are. */
+    if (row->choices && next && next[0] != '-' && !strpbrk(next, "./") && access(next, F_OK) != 0) {
+        optind++;
+        return next;
+    }
     return extra ? extra->bare : NULL;
 }
 

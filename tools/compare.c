@@ -35,6 +35,7 @@ static bool print_metrics(const struct pel_metrics *metrics, const struct pel_im
         json_object_set_new(object, "differing_pixels", json_integer(metrics->differing_pixels));
         json_object_set_new(object, "identical", json_boolean(identical));
         json_object_set_new(object, "alike", json_boolean(alike));
+        json_object_set_new(object, "same_size", json_true());
         json_object_set_new(object, "size", json_pack("[i, i]", image->width, image->height));
         return json_print(object, stdout);
     }
@@ -45,6 +46,15 @@ static bool print_metrics(const struct pel_metrics *metrics, const struct pel_im
     printf("differing pixels  %ld (a channel differs by more than 0.1)\n", metrics->differing_pixels);
     printf("%s\n", identical ? "identical" : alike ? "alike" : "not alike");
     return true;
+}
+
+/* What a script reads of pictures that differ in size: the worst that there is. */
+static bool print_unlike_sizes(const struct pel_image images[2])
+{
+    json_int_t first = (json_int_t)images[0].width * images[0].height, second = (json_int_t)images[1].width * images[1].height;
+    return json_print(json_pack("{s:f, s:f, s:f, s:I, s:b, s:b, s:b}", "psnr", 0.0, "ssim", 0.0, "max_error", 1.0, "differing_pixels",
+                                first > second ? first : second, "identical", 0, "alike", 0, "same_size", 0),
+                      stdout);
 }
 
 static bool compare(const struct arguments *arguments, const struct values *values, bool *alike, struct pel_error *error)
@@ -60,6 +70,10 @@ static bool compare(const struct arguments *arguments, const struct values *valu
             goto cleanup;
         }
     if (images[0].width != images[1].width || images[0].height != images[1].height) {
+        if (values->json && (!print_unlike_sizes(images) || tool_finish_stdout(EXIT_FINE) != EXIT_FINE)) {
+            tool_fail(error, PEL_ERROR_IO, "the JSON text cannot be printed");
+            goto cleanup;
+        }
         /* Unlike, not a wrong use: the files decide it. */
         tool_fail(error, PEL_ERROR_FORMAT, "the pictures differ in size: %dx%d and %dx%d", images[0].width, images[0].height, images[1].width,
                   images[1].height);
@@ -100,7 +114,7 @@ const struct command command_compare = {
                    "The exit status is 0 where the pictures are within the given limits (always, where none is given), and 1 where they are not, or differ in "
                    "size.\n\n"
                    "--json prints psnr (dB; 999 for equal pictures), ssim, max_error, differing_pixels (pixels with a channel that differs by more than "
-                   "0.1), identical, alike and size.",
+                   "0.1), identical, alike, same_size and size (not of pictures that differ in it).",
     .examples = "  pellucid compare a.png b.png\n"
                 "  pellucid compare a.png b.png --psnr-min 40 --max-error 0.1 && echo alike",
     .groups = groups,

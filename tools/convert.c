@@ -5,6 +5,7 @@
 #include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
+#include <strings.h>
 
 #include "commands.h"
 #include "scene_arguments.h"
@@ -203,6 +204,24 @@ static bool change(struct pel_volume *volume, const struct arguments *arguments,
     return true;
 }
 
+/* The samples go into OUT, or beside a detached header under one of these endings. */
+static bool check_output(const char *in, const char *out, struct pel_error *error)
+{
+    static const char *const endings[] = { ".raw", ".raw.gz", ".zraw" };
+    const char *dot = strrchr(out, '.');
+    char data[4096];
+    if (tool_reads_from(in, out))
+        return tool_fail(error, PEL_ERROR_ARGUMENT, "%.300s: the input is read from this file; choose another name for the output", out);
+    bool detached = dot && (strcasecmp(dot, ".mhd") == 0 || strcasecmp(dot, ".nhdr") == 0);
+    for (size_t i = 0; detached && i < sizeof endings / sizeof endings[0]; i++) {
+        int length = snprintf(data, sizeof data, "%.*s%s", (int)(dot - out), out, endings[i]);
+        if (length < (int)sizeof data && tool_reads_from(in, data))
+            return tool_fail(error, PEL_ERROR_ARGUMENT, "%.300s: its data would replace %.300s, which the input is read from; choose another name or an "
+                             "attached format (.mha, .nrrd)", out, data);
+    }
+    return true;
+}
+
 static bool convert(const struct arguments *arguments, const struct values *values, struct pel_error *error)
 {
     struct pel_write_params write = PEL_WRITE_PARAMS_INIT;
@@ -211,6 +230,8 @@ static bool convert(const struct arguments *arguments, const struct values *valu
     struct progress progress;
     if (arguments_given(arguments, "range") && (!values->type || values->range[0] == values->range[1]))
         return tool_fail(error, PEL_ERROR_ARGUMENT, "--range: needs two different values, and --type to stretch them over");
+    if (!check_output(arguments->operands[0], arguments->operands[1], error))
+        return false;
     progress_init(&progress, values->quiet);
     if (!volume_load(arguments->operands[0], values->array, values->raw, false, &progress, values->quiet, &volume, &info, error))
         return false;

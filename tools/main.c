@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /* pellucid: the command-line tool. Finds the command and gives it its arguments. */
 #include <fcntl.h>
+#include <signal.h>
 #include <string.h>
 #include <unistd.h>
 
@@ -58,6 +59,7 @@ int main(int argc, char **argv)
 {
     hold_standard_streams();
     interruption_catch();
+    signal(SIGXFSZ, SIG_IGN); /* beyond a limit of file size, writing fails, and that is told */
     if (argc < 2) {
         help_overview(stderr);
         return EXIT_USAGE;

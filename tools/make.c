@@ -46,7 +46,10 @@ static bool make(const struct pel_dataset *dataset, const void *params, const st
         return tool_fail(error, PEL_ERROR_ARGUMENT, "make: nowhere to put the data; give -o FILE");
     progress_init(&progress, values->quiet);
     pel_volume_init(&volume);
-    if (!pel_dataset_make(dataset, params, &volume, error))
+    interruption_at_once(true);
+    bool made = pel_dataset_make(dataset, params, &volume, error);
+    interruption_at_once(false);
+    if (!made)
         return tool_fail_in(error, dataset->name);
     write.compress = values->compress;
     write.progress = progress_callback(&progress);

@@ -10,11 +10,19 @@
 
 enum { BAR = 40, QUIET_MS = 500, REPAINT_MS = 100 };
 
-static volatile sig_atomic_t caught;
+static volatile sig_atomic_t caught, at_once;
 
 static void on_signal(int number)
 {
+    static const char line[] = "pellucid: interrupted\n";
     caught = number;
+    if (at_once)
+        _exit(write(STDERR_FILENO, line, sizeof line - 1) ? EXIT_INTERRUPTED : EXIT_FAILED);
+}
+
+void interruption_at_once(bool now)
+{
+    at_once = now;
 }
 
 void interruption_catch(void)

@@ -23,6 +23,8 @@ void progress_end(struct progress *progress);
 
 /* Catches SIGINT, SIGTERM and SIGHUP. The first is noted, the second ends the program at once. */
 void interruption_catch(void);
+/* While on, the first signal ends the program too: for work that cannot report and has written nothing. */
+void interruption_at_once(bool now);
 /* The signal that came, or 0. */
 int interruption(void);
 

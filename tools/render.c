@@ -87,6 +87,39 @@ static bool numbered(const char *path, int number, char *text, size_t size, stru
     return length < (int)size || tool_fail(error, PEL_ERROR_ARGUMENT, "the output's path is too long");
 }
 
+static bool check_apart(const char *input, const char *const *paths, struct pel_error *error)
+{
+    static const char *const flags[] = { "-o", "--depth", "--save-scene" };
+    for (int i = 0; i < 3; i++) {
+        if (tool_reads_from(input, paths[i]))
+            return tool_fail(error, PEL_ERROR_ARGUMENT, "%s %.300s: the input is read from this file; choose another name", flags[i], paths[i]);
+        for (int k = 0; k < i; k++)
+            if (paths[i][0] && paths[k][0] && tool_same_file(paths[i], paths[k]))
+                return tool_fail(error, PEL_ERROR_ARGUMENT, "%s and %s name the same file, %.300s; choose another name for one", flags[k], flags[i],
+                                 paths[i]);
+    }
+    return true;
+}
+
+/* No output may be a file that is read, or another output. */
+static bool check_names(const struct values *values, const struct arguments *arguments, const char *input, struct pel_error *error)
+{
+    int frames = arguments_given(arguments, "turntable") ? values->turntable : 0;
+    char picture[PEL_OPTION_TEXT_SIZE], depth[PEL_OPTION_TEXT_SIZE];
+    const char *paths[] = { values->output, values->depth, values->save_scene };
+    if (frames == 0)
+        return check_apart(input, paths, error);
+    paths[0] = picture;
+    paths[1] = depth;
+    for (int i = 0; i < frames; i++) {
+        picture[0] = depth[0] = 0;
+        if ((values->output[0] && !numbered(values->output, i, picture, sizeof picture, error)) ||
+            (values->depth[0] && !numbered(values->depth, i, depth, sizeof depth, error)) || !check_apart(input, paths, error))
+            return false;
+    }
+    return true;
+}
+
 /* Where a run fails it takes back what it wrote, but never a file that had been there before. */
 static bool is_new(const char *path)
 {
@@ -229,9 +262,14 @@ static int run(const struct command *command, int argc, char **argv)
     struct pel_error error = PEL_ERROR_INIT;
     struct progress progress;
     progress_init(&progress, values.scene.quiet);
-    if (!check_output(&values, &arguments, &error) ||
-        !scene_load(&loaded, &arguments, &values.scene, arguments.operand_count ? arguments.operands[0] : NULL, &progress, &error))
+    const char *input = arguments.operand_count ? arguments.operands[0] : NULL;
+    if (!check_output(&values, &arguments, &error) || !check_names(&values, &arguments, input, &error) ||
+        !scene_load(&loaded, &arguments, &values.scene, input, &progress, &error))
         return tool_report(&error);
+    if (!input && !check_names(&values, &arguments, loaded.scene.source.path, &error)) { /* the file that the scene names */
+        scene_unload(&loaded);
+        return tool_report(&error);
+    }
     /* The scene last: where a picture fails, no scene file is left behind either. The turntable's scene is its first picture's. */
     bool fine = (!values.output[0] && !values.depth[0]) || draw(&values, &arguments, &loaded, &progress, &error);
     if (fine) {

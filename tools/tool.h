@@ -67,6 +67,11 @@ double tool_milliseconds(void);
 /* The known word nearest to `word`, or NULL where none is near: for "did you mean". `next` gives the known words, NULL at the end. */
 const char *tool_nearest(const char *word, const char *(*next)(const void *user, size_t index), const void *user);
 
+/* Whether two paths are one regular file, or would be once written. */
+bool tool_same_file(const char *a, const char *b);
+/* Whether writing `path` would replace the input (nullable), or data that its header names. */
+bool tool_reads_from(const char *input, const char *path);
+
 /* A JSON number that reads back to the same double; null for NaN, the greatest double for the infinities, which JSON cannot say. */
 json_t *json_number(double value);
 json_t *json_numbers(const double *values, size_t count);

@@ -3,7 +3,6 @@
 import math
 import os
 import resource
-import signal
 import struct
 
 from harness import DATA, Folder, check, fails, fine, finish, nrrd, read, run, skip, write
@@ -152,7 +151,6 @@ with Folder() as folder:
 # A disk that is full: the limit on file sizes stands for it. Nothing is left behind.
 with Folder() as folder:
     def small_files():
-        signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
         resource.setrlimit(resource.RLIMIT_FSIZE, (2000, 2000))
     for ending in [".nrrd", ".vti", ".mha", ".nhdr", ".mhd", ".raw"]:
         fails("no room for " + ending, 1, "v" + ending, "make", "sphere", "--size", "32", "-o", folder / ("v" + ending), preexec_fn=small_files)
@@ -161,6 +159,34 @@ with Folder() as folder:
         fine("make", "make", "sphere", "--size", "8", "-o", folder / "v.nrrd")
         result = run("info", "--json", folder / "v.nrrd", stdout=full)
     check(result.status == 1 and result.one_error(), "a full disk behind stdout", result)
+
+# No output replaces what is read.
+with Folder() as folder:
+    def refuses(name, status, fragment, *args):
+        before = {n: read(folder / n) for n in folder.names()}
+        fails(name, status, fragment, *args)
+        check({n: read(folder / n) for n in folder.names()} == before, name + ": all files are as they were")
+    fine("make", "make", "sphere", "--size", "8", "-o", folder / "t.nhdr")
+    refuses("the input's data", 2, "t.raw", "convert", folder / "t.nhdr", folder / "t.mhd", "--type", "f32")
+    refuses("the input's data by name", 2, "t.raw", "convert", folder / "t.nhdr", folder / "t.raw", "--type", "f32")
+    refuses("the input", 2, "t.nhdr", "convert", folder / "t.nhdr", folder / "t.nhdr")
+    write(folder / "u.raw", "foreign")
+    refuses("foreign data", 1, "u.raw", "convert", folder / "t.nhdr", folder / "u.mhd")
+    refuses("foreign data and make", 1, "u.raw", "make", "sphere", "--size", "8", "-o", folder / "u.nhdr")
+    fine("make again", "make", "sphere", "--size", "9", "-o", folder / "t.nhdr")
+    fine("attached", "convert", folder / "t.nhdr", folder / "v.nrrd")
+    os.symlink("v.nrrd", folder / "link.nrrd")
+    volume = folder / "v.nrrd"
+    refuses("-o is the input", 2, "link.nrrd", "render", volume, "-o", folder / "link.nrrd", "--size", "8")
+    refuses("--depth is -o", 2, "--depth", "render", volume, "-o", folder / "p.nrrd", "--depth", folder / "./p.nrrd", "--size", "8")
+    refuses("--save-scene is -o", 2, "--save-scene", "render", volume, "-o", folder / "p.png", "--save-scene", folder / "p.png", "--size", "8")
+    refuses("--save-scene is the input", 2, "--save-scene", "render", volume, "-o", folder / "p.png", "--save-scene", volume, "--size", "8")
+    fails("--stats xml", 2, "json", "render", volume, "-o", folder / "p.png", "--stats", "xml")
+    fine("p", "render", volume, "-o", folder / "p.png", "--size", "8")
+    fine("q", "render", volume, "-o", folder / "q.png", "--size", "9x8")
+    result = fails("compare sizes", 1, "size", "compare", folder / "p.png", folder / "q.png", "--json")
+    told = result.json()
+    check(told["same_size"] is False and told["differing_pixels"] == 72 and told["psnr"] == 0, "compare --json of unlike sizes", result)
 
 # Every fact of the real data that can be read off `info`.
 FACTS = {  # dims, type, min, max, mean, non-zero; None: not recorded

@@ -184,7 +184,6 @@ with Folder() as folder:
     fine("make", "make", "hydrogen", "--size", "32", "-o", volume)
 
     def small_files():
-        signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
         resource.setrlimit(resource.RLIMIT_FSIZE, (3000, 3000))
     fails("no room for the picture", 1, "p.png", "render", volume, "-o", folder / "p.png", "--size", "200", "--compression", "0", preexec_fn=small_files)
     fails("no room for the depth", 1, "d.nrrd", "render", volume, "-o", folder / "p.png", "--depth", folder / "d.nrrd", "--size", "60",
