@@ -148,7 +148,7 @@ with Folder() as folder:
     # Compare.
     fine("another", *base, "-o", folder / "b.png", "--azimuth", "40")
     result, told = compare(folder / "a.png", folder / "a.png", "--psnr-min", "100", "--max-error", "0")
-    check(result.status == 0 and told == {"psnr": 999, "ssim": 1, "max_error": 0, "differing_pixels": 0, "identical": True, "alike": True, "size": [40, 30]},
+    check(result.status == 0 and told == {"psnr": 999, "ssim": 1, "max_error": 0, "differing_pixels": 0, "identical": True, "alike": True, "same_size": True, "size": [40, 30]},
           "equal pictures", told)
     result, told = compare(folder / "a.png", folder / "b.png")
     check(result.status == 0 and not told["identical"] and 0 < told["max_error"] <= 1 and told["psnr"] < 99 and told["ssim"] < 1 and
