@@ -89,7 +89,6 @@ struct pel_job {
     int light_count;
     struct { bool headlight; float direction[3], color[3]; } lights[PEL_MAX_LIGHTS];
     float least_raw, most_raw; /* of the whole volume */
-    bool linear_light;
 
     /* Isosurfaces, by rising value, raw. */
     int iso_count;

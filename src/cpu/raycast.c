@@ -168,7 +168,6 @@ static void settings(struct pel_raycaster *rc, const struct pel_scene *scene)
     job->diffuse = (float)s->diffuse;
     job->specular = (float)s->specular;
     job->power = (float)s->specular_power;
-    job->linear_light = scene->linear_light;
     job->skip = s->skip && (!pel_mode_has_map(s->mode) || rc->state.map_bytes > 0);
     double longest = 0; /* voxels a step, along any axis */
     for (int a = 0; a < 3; a++)
