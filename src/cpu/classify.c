@@ -231,6 +231,7 @@ bool pel_classify(struct pel_classification_state *state, const struct pel_scene
     job->step_over_unit = (float)length;
     job->mode = scene->render.mode;
     set_isosurfaces(job, scene, raw);
+    job->iso_margin = (float)(2e-6 * fmax(fabs(v->range[0] - raw.offset), fabs(v->range[1] - raw.offset)) / raw.scale);
 
     bool extreme = job->mode == PEL_MODE_MIP || job->mode == PEL_MODE_MINIP;
     bool maps = pel_mode_has_map(job->mode);

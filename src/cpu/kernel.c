@@ -11,6 +11,7 @@
 
 #include "kernel_composite.h"
 #include "kernel_projection.h"
+#include "kernel_spans.h"
 #include "kernel_surface.h"
 
 /* A tile: its packets in rows. Where CULL holds, a packet in whose pixels nothing may be seen stays as it is: empty. */
@@ -20,8 +21,7 @@
         for (int y = y0; y < y1; y += PACKET_HEIGHT)                                                        \
             for (int x = x0; x < x1; x += PACKET_WIDTH) {                                                   \
                 struct packet r;                                                                            \
-                r.spans = packet_spans(job, x, y);                                                          \
-                if ((CULL) && job->spans && !r.spans) {                                                     \
+                if (!packet_spans(job, x, y, &r) && (CULL)) {                                               \
                     counts->culled += W;                                                                    \
                     continue;                                                                               \
                 }                                                                                           \
@@ -43,5 +43,5 @@ TILE(tile_slice, slice(job, &r, counts), false)
 
 extern const struct pel_kernels PEL_KERNELS;
 const struct pel_kernels PEL_KERNELS = {
-    tile_composite, tile_composite_shaded, tile_composite_general, tile_preintegrated, tile_projection, tile_isosurface, tile_slice,
+    project_surface, tile_composite, tile_composite_shaded, tile_composite_general, tile_preintegrated, tile_projection, tile_isosurface, tile_slice,
 };

@@ -4,6 +4,7 @@
 #ifndef PEL_CPU_KERNEL_H
 #define PEL_CPU_KERNEL_H
 
+#include <stdatomic.h>
 #include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
@@ -20,6 +21,8 @@
 enum pel_kernel_kind { PEL_KERNEL_U8, PEL_KERNEL_U16, PEL_KERNEL_F32, PEL_KERNEL_WIDE, PEL_KERNEL_KINDS };
 
 #define PEL_SPAN_SHIFT 2 /* pixels a block of the span masks, as a power of two */
+#define PEL_SPAN_WORDS 4 /* of 64 slabs of depth each, a block */
+#define PEL_SPAN_SLABS (64 * PEL_SPAN_WORDS)
 
 struct pel_job {
     /* The picture. */
@@ -73,6 +76,7 @@ struct pel_job {
     const float *cell_bound, *block_bound; /* MIP: most, MinIP: least, of cells and blocks; raw. Kept even where skip is off: samples are held to it */
     int32_t block_dims[3];
     const uint64_t *spans;            /* nullable: a mask of depth slabs a block of pixels (spans.h) */
+    bool looks;                       /* the masks do not tell all: look at the distance map, too */
     int span_columns;
     double span_lo, span_scale;       /* slab of s: (s - lo) * scale */
 
@@ -92,6 +96,7 @@ struct pel_job {
 
     /* Isosurfaces, by rising value, raw. */
     int iso_count;
+    float iso_margin; /* raw: what rounding may move a reconstructed value by */
     float iso[PEL_MAX_ISOSURFACES], iso_color[PEL_MAX_ISOSURFACES][3], iso_opacity[PEL_MAX_ISOSURFACES];
     double slice_plane[4]; /* index space */
 };
@@ -104,8 +109,38 @@ struct pel_counts {
 
 typedef void (*pel_kernel)(const struct pel_job *job, int x0, int y0, int x1, int y1, struct pel_counts *counts);
 
+/* How cubes of voxels are projected onto the span masks. Camera space is right, up, forward. */
+struct pel_projection {
+    _Atomic uint64_t *masks;
+    int blocks[2];              /* columns and rows of the masks */
+    bool parallel;
+    float origin[3], axis[3][3]; /* camera space of the middle of the first cube, and of a voxel along each index axis */
+    float reach[3];             /* half the extent of a cube in camera space, and more than rounding can move it */
+    float focal[2], middle[2];  /* pixels a unit of tangent (parallel: of length), and the picture's middle */
+    float slab_start, slabs;    /* slab of a depth: (depth - start) * slabs */
+};
+
+/* Marks slabs from first to last in the blocks from (x0, y0) to (x1, y1), all inclusive. */
+static inline void pel_mark_span(const struct pel_projection *p, int x0, int x1, int y0, int y1, int first, int last)
+{
+    for (int word = first >> 6; word <= last >> 6; word++) {
+        int from = word == first >> 6 ? first & 63 : 0, to = word == last >> 6 ? last & 63 : 63;
+        uint64_t bits = (~(uint64_t)0 >> (63 - (to - from))) << from;
+        for (int y = y0; y <= y1; y++)
+            for (int x = x0; x <= x1; x++) {
+                _Atomic uint64_t *mask = p->masks + ((size_t)y * (size_t)p->blocks[0] + (size_t)x) * PEL_SPAN_WORDS + word;
+                if ((atomic_load_explicit(mask, memory_order_relaxed) & bits) != bits)
+                    atomic_fetch_or_explicit(mask, bits, memory_order_relaxed);
+            }
+    }
+}
+
+/* Projects the voxel cells of the cell at voxel (x, y, z) that an isosurface may pass through. Not for volumes with voids. */
+typedef void (*pel_project_surface)(const struct pel_job *job, const struct pel_projection *p, int x, int y, int z);
+
 /* One instruction set's kernels, by kind. */
 struct pel_kernels {
+    pel_project_surface project_surface;
     pel_kernel composite, composite_shaded, composite_general, preintegrated, projection, isosurface, slice;
 };
 

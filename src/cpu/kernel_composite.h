@@ -63,7 +63,7 @@ PEL_INLINE void composite(const struct pel_job *job, struct packet *r, bool shad
         vi live = alive & (r->n > k);
         vf at = packet_at(r, k);
         struct spot s = packet_spot(job, r, at);
-        if (job->skip && k >= look) {
+        if (job->looks && k >= look) {
             int clear = packet_look(job, r, &s, r->offset, live, k, &look);
             if (clear >= k) {
                 k = clear;
@@ -177,7 +177,7 @@ PEL_INLINE void preintegrated(const struct pel_job *job, struct packet *r, struc
         }
         vi live = alive & (r->n > k);
         struct spot s = packet_spot(job, r, end_at(r, k));
-        if (job->skip && k >= look) {
+        if (job->looks && k >= look) {
             int clear = packet_look(job, r, &s, vf_set(0), live, k, &look);
             if (clear > k) {
                 k = clear - 1;

@@ -70,14 +70,14 @@ PEL_INLINE void extreme(const struct pel_job *job, struct packet *r, float sign,
             break;
         vf at = packet_at(r, k);
         struct spot s = packet_spot(job, r, at);
-        if (job->skip && k >= look) {
+        if (job->looks && k >= look) {
             int clear = packet_look(job, r, &s, r->offset, live, k, &look);
             if (clear >= k) {
                 k = clear + 1;
                 continue;
             }
         }
-        if (job->skip && k >= look_block) {
+        if (job->looks && k >= look_block) {
             if (!vi_any(live & (bound_of(job->block_bound, job->block_dims, &s, PEL_BLOCK_SHIFT, sign) > best))) {
                 k = after_exit(r, cell_exit(r, &s, PEL_BLOCK_SHIFT), live, k);
                 continue;
@@ -114,7 +114,7 @@ PEL_INLINE void sum_up(const struct pel_job *job, struct packet *r, bool xray, s
         }
         vi live = r->n > k;
         struct spot s = packet_spot(job, r, packet_at(r, k));
-        if (xray && job->skip && k >= look) {
+        if (xray && job->looks && k >= look) {
             int clear = packet_look(job, r, &s, r->offset, live, k, &look);
             if (clear >= k) {
                 k = clear;

@@ -76,7 +76,7 @@ PEL_INLINE void isosurface(const struct pel_job *job, struct packet *r, struct p
         vi live = alive & (r->n > k);
         vf a = end_at(r, k);
         struct spot s;
-        if (job->skip && k >= look) {
+        if (job->looks && k >= look) {
             s = packet_spot(job, r, a);
             int clear = packet_look(job, r, &s, vf_set(0), live, k, &look);
             if (clear > k) {

@@ -23,7 +23,8 @@ struct packet {
     vf offset, last;   /* sample k lies at min(k + offset, last) steps from the entry */
     double t_entry[W]; /* world distance of the entry */
     vf s_entry, s_step; /* depth parameter of the entry, and of a step */
-    uint64_t spans;    /* depth slabs that are still ahead */
+    const uint64_t *spans; /* PEL_SPAN_WORDS words of depth slabs, or NULL */
+    int slab;              /* the first that is still ahead */
 };
 
 /* Narrows [*lo, *hi] to where value + s * slope >= 0. */
@@ -126,10 +127,30 @@ __attribute__((noinline, unused)) static bool packet_init(const struct pel_job *
     return true;
 }
 
-/* Depth slabs in which something may be seen in the pixels of the packet at (x, y). */
-PEL_INLINE uint64_t packet_spans(const struct pel_job *job, int x, int y)
+/* Finds the depth slabs of the packet at (x, y); false where none holds anything that may be seen. */
+PEL_INLINE bool packet_spans(const struct pel_job *job, int x, int y, struct packet *r)
 {
-    return job->spans ? job->spans[(size_t)(y >> PEL_SPAN_SHIFT) * (size_t)job->span_columns + (size_t)(x >> PEL_SPAN_SHIFT)] : 0;
+    r->spans = NULL;
+    r->slab = 0;
+    if (!job->spans)
+        return true;
+    r->spans = job->spans + ((size_t)(y >> PEL_SPAN_SHIFT) * (size_t)job->span_columns + (size_t)(x >> PEL_SPAN_SHIFT)) * PEL_SPAN_WORDS;
+    uint64_t any = 0;
+    for (int i = 0; i < PEL_SPAN_WORDS; i++)
+        any |= r->spans[i];
+    return any != 0;
+}
+
+/* The first slab from `slab` on that is marked (or, with all bits of `flip` set, that is not); PEL_SPAN_SLABS where there is none. */
+PEL_INLINE int next_slab(const uint64_t *spans, int slab, uint64_t flip)
+{
+    while (slab < PEL_SPAN_SLABS) {
+        uint64_t rest = (spans[slab >> 6] ^ flip) >> (slab & 63);
+        if (rest)
+            return slab + __builtin_ctzll(rest);
+        slab = (slab | 63) + 1;
+    }
+    return PEL_SPAN_SLABS;
 }
 
 /* The place of a ray parameter, in steps from the entry. */
@@ -175,20 +196,17 @@ PEL_INLINE int packet_look(const struct pel_job *job, const struct packet *r, co
 /* The next stretch of samples in which something may be seen, from k on: gives its first sample and sets *end behind its last, or INT32_MAX where there is none. */
 PEL_INLINE int packet_next_span(const struct pel_job *job, struct packet *r, int k, int *end)
 {
-    if (!r->spans)
+    int first = next_slab(r->spans, r->slab, 0), last = next_slab(r->spans, first, ~(uint64_t)0);
+    r->slab = last;
+    if (first >= PEL_SPAN_SLABS)
         return INT32_MAX;
-    int first = __builtin_ctzll(r->spans);
-    uint64_t rest = ~(r->spans >> first); /* a zero was shifted in unless all are set */
-    int length = rest ? __builtin_ctzll(rest) : 64;
-    int last = first + length > 64 ? 64 : first + length;
-    r->spans = last < 64 ? r->spans >> last << last : 0;
     vi hit = r->n > 0;
     vf from = (float)(job->span_lo + first / job->span_scale) - r->s_entry, to = (float)(job->span_lo + last / job->span_scale) - r->s_entry;
     vf inverse = 1 / vf_select(hit, r->s_step, vf_set(1));
-    from = vf_max(vf_min(from * inverse, vf_set(1e9f)), vf_set(0));
-    to = vf_max(vf_min(to * inverse, vf_set(1e9f)), vf_set(0));
-    *end = vi_most(vi_select(hit, vf_to_vi(to), vi_set(0))) + 2;
-    int start = vi_least(vi_select(hit, vf_to_vi(from), vi_set(INT32_MAX))) - 1;
+    from = vf_max(vf_min(from * inverse - 0.05f, vf_set(1e9f)), vf_set(0)); /* a margin for rounding, in steps */
+    to = vf_max(vf_min(to * inverse + 0.05f, vf_set(1e9f)), vf_set(0));
+    *end = vi_most(vi_select(hit, vf_to_vi(to), vi_set(0))) + 1;
+    int start = vi_least(vi_select(hit, vf_to_vi(from), vi_set(INT32_MAX)));
     return start > k ? start : k;
 }
 

@@ -270,10 +270,13 @@ bool pel_raycaster_aim(struct pel_raycaster *rc, const struct pel_scene *scene, 
     pel_rays_setup(job, scene, width, height);
     settings(rc, scene);
     job->spans = NULL;
+    job->looks = false;
     if (!pel_mode_has_map(job->mode) || !job->skip)
         return true;
-    return pel_spans_build(&rc->spans, scene, rc->minmax.cells.dims, rc->state.visible_cells, rc->threads, job, error) &&
-           pel_classify_octants(&rc->state, octants(job), rc->threads, error);
+    bool surface = job->mode == PEL_MODE_ISOSURFACE && !job->voids;
+    return pel_spans_build(&rc->spans, scene, rc->minmax.cells.dims, rc->state.visible_cells, surface ? rc->kernels[rc->kind]->project_surface : NULL,
+                           rc->threads, job, error) &&
+           (!job->looks || pel_classify_octants(&rc->state, octants(job), rc->threads, error));
 }
 
 bool pel_raycaster_draw(struct pel_raycaster *rc, const struct pel_scene *scene, const struct pel_progress *progress, struct pel_image *image,

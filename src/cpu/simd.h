@@ -207,6 +207,15 @@ PEL_INLINE bool vi_any(vi mask)
     return vi_bits(mask) != 0;
 }
 
+/* 0, 1, 2 ... */
+PEL_INLINE vi vi_lane(void)
+{
+    vi lane;
+    for (int i = 0; i < W; i++)
+        lane[i] = i;
+    return lane;
+}
+
 PEL_INLINE int32_t vi_least(vi a)
 {
 #if PEL_AVX512

@@ -2,7 +2,6 @@
 #include "spans.h"
 
 #include <math.h>
-#include <stdatomic.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -11,139 +10,193 @@
 #include "parallel.h"
 #include "vec.h"
 
-struct projection {
+struct work {
     const struct pel_job *job;
-    _Atomic uint64_t *masks;
     const size_t *cells;
-    int group;               /* cells that are projected as one, along each axis */
-    int columns, rows;
-    bool parallel;
-    double origin[3], axis[3][3]; /* camera space (right, up, forward) of index 0, and of a voxel along each index axis */
-    double reach[3];              /* half the extent of a group in camera space */
-    double focal, middle[2];      /* pixels a unit of tangent (or of length), and the picture's middle */
+    size_t group;                        /* cells that are projected as one, along each axis */
+    pel_project_surface project_surface; /* or NULL: groups of cells are projected whole */
+    double size;                         /* voxels of a projected cube */
+    struct pel_projection projection;
 };
 
 /* Is any cell of the group at (x, y, z) visible? */
-static bool group_visible(const struct projection *p, size_t x, size_t y, size_t z)
+static bool group_visible(const struct work *w, size_t x, size_t y, size_t z)
 {
-    const struct pel_job *job = p->job;
-    size_t group = (size_t)p->group;
-    for (size_t k = z * group; k < z * group + group && k < p->cells[2]; k++)
-        for (size_t j = y * group; j < y * group + group && j < p->cells[1]; j++) {
+    const struct pel_job *job = w->job;
+    size_t group = w->group;
+    for (size_t k = z * group; k < z * group + group && k < w->cells[2]; k++)
+        for (size_t j = y * group; j < y * group + group && j < w->cells[1]; j++) {
             const uint8_t *row = job->marks + (k << job->cell_slice_shift) + (j << job->cell_row_shift);
-            for (size_t i = x * group; i < x * group + group && i < p->cells[0]; i++)
+            for (size_t i = x * group; i < x * group + group && i < w->cells[0]; i++)
                 if (!row[i])
                     return true;
         }
     return false;
 }
 
-/* Pixels that [centre - reach, centre + reach] can cover at depths from `near` to `far`, as blocks; false where none is in the picture. */
-static bool blocks_covered(const struct projection *p, double centre, double reach, double near, double far, int axis, int count, int *first, int *last)
+/* Blocks that [centre - reach, centre + reach] can cover, at inverse depths from `near` to `far` (parallel: both 1); false where none is in the picture. */
+static bool blocks_covered(const struct pel_projection *p, float centre, float near, float far, int axis, int *first, int *last)
 {
-    double lo = centre - reach, hi = centre + reach, scale = axis ? -p->focal : p->focal;
-    double a = p->parallel ? lo : lo / (lo < 0 ? near : far), b = p->parallel ? hi : hi / (hi < 0 ? far : near);
-    double from = (scale > 0 ? a : b) * scale + p->middle[axis], to = (scale > 0 ? b : a) * scale + p->middle[axis];
-    from = floor(from - 0.01) / (1 << PEL_SPAN_SHIFT);
-    to = ceil(to + 0.01) / (1 << PEL_SPAN_SHIFT);
-    if (to < 0 || from >= count)
+    float lo = centre - p->reach[axis], hi = centre + p->reach[axis];
+    float a = lo * (lo < 0 ? near : far) * p->focal[axis] + p->middle[axis], b = hi * (hi < 0 ? far : near) * p->focal[axis] + p->middle[axis];
+    float from = fminf(a, b) - 0.01f, to = fmaxf(a, b) + 0.01f;
+    const int end = p->blocks[axis] << PEL_SPAN_SHIFT;
+    if (to < 0 || from >= (float)end)
         return false;
-    *first = from > 0 ? (int)from : 0;
-    *last = to < count - 1 ? (int)to : count - 1;
+    *first = from > 0 ? (int)from >> PEL_SPAN_SHIFT : 0;
+    *last = (to < (float)end ? (int)to : end - 1) >> PEL_SPAN_SHIFT;
     return true;
 }
 
-static void project_group(const struct projection *p, size_t x, size_t y, size_t z)
+/* Marks what the group of cells from voxel (x, y, z) on covers. */
+static void project_group(const struct pel_projection *p, float x, float y, float z)
 {
-    double size = (double)(p->group * PEL_CELL_SIZE), c[3];
-    double at[3] = { ((double)x + 0.5) * size, ((double)y + 0.5) * size, ((double)z + 0.5) * size };
+    float c[3];
     for (int i = 0; i < 3; i++)
-        c[i] = p->origin[i] + p->axis[0][i] * at[0] + p->axis[1][i] * at[1] + p->axis[2][i] * at[2];
-    double near = c[2] - p->reach[2], far = c[2] + p->reach[2];
+        c[i] = p->origin[i] + x * p->axis[0][i] + y * p->axis[1][i] + z * p->axis[2][i];
+    float near = c[2] - p->reach[2], far = c[2] + p->reach[2], inverse_near = p->parallel ? 1 : 1 / near, inverse_far = p->parallel ? 1 : 1 / far;
     int x0, x1, y0, y1;
-    if (!blocks_covered(p, c[0], p->reach[0], near, far, 0, p->columns, &x0, &x1) ||
-        !blocks_covered(p, c[1], p->reach[1], near, far, 1, p->rows, &y0, &y1))
+    if (!blocks_covered(p, c[0], inverse_near, inverse_far, 0, &x0, &x1) || !blocks_covered(p, c[1], inverse_near, inverse_far, 1, &y0, &y1))
         return;
-    const struct pel_job *job = p->job;
-    int first = (int)pel_clamp((near - job->s_base - job->span_lo) * job->span_scale - 0.01, 0, 63);
-    int last = (int)pel_clamp((far - job->s_base - job->span_lo) * job->span_scale + 0.01, 0, 63);
-    uint64_t bits = (~(uint64_t)0 >> (63 - (last - first))) << first;
-    for (int j = y0; j <= y1; j++)
-        for (int i = x0; i <= x1; i++) {
-            _Atomic uint64_t *mask = p->masks + (size_t)j * (size_t)p->columns + (size_t)i;
-            if ((atomic_load_explicit(mask, memory_order_relaxed) & bits) != bits)
-                atomic_fetch_or_explicit(mask, bits, memory_order_relaxed);
-        }
+    float first = (near - p->slab_start) * p->slabs, last = (far - p->slab_start) * p->slabs;
+    pel_mark_span(p, x0, x1, y0, y1, first > 0 ? (int)first : 0, last < PEL_SPAN_SLABS - 1 ? (int)last : PEL_SPAN_SLABS - 1);
 }
 
 static void project_slab(void *context, size_t z, int thread)
 {
     (void)thread;
-    const struct projection *p = context;
-    size_t group = (size_t)p->group;
-    for (size_t y = 0; y * group < p->cells[1]; y++)
-        for (size_t x = 0; x * group < p->cells[0]; x++)
-            if (group_visible(p, x, y, z))
-                project_group(p, x, y, z);
+    const struct work *w = context;
+    size_t size = w->group * PEL_CELL_SIZE;
+    for (size_t y = 0; y * w->group < w->cells[1]; y++)
+        for (size_t x = 0; x * w->group < w->cells[0]; x++) {
+            if (!group_visible(w, x, y, z))
+                continue;
+            if (w->project_surface)
+                w->project_surface(w->job, &w->projection, (int)(x * size), (int)(y * size), (int)(z * size));
+            else
+                project_group(&w->projection, (float)(x * size), (float)(y * size), (float)(z * size));
+        }
 }
 
-/* Camera-space coordinates (right, up, forward from the camera's position) of index space. */
-static void camera_space(struct projection *p, const struct pel_scene *scene)
+/* How index space lies in camera space (from the camera's position), for cubes of w->size voxels. */
+static void camera_space(struct work *w, const struct pel_scene *scene)
 {
-    double basis[3][3], matrix[3][4];
+    struct pel_projection *p = &w->projection;
+    double basis[3][3], matrix[3][4], from[3], far = 0;
     pel_camera_basis(&scene->camera, basis[0], basis[1], basis[2]);
     pel_volume_matrix(scene->volume, matrix);
+    pel_sub(scene->volume->origin, scene->camera.position, from);
     for (int i = 0; i < 3; i++) {
-        double from[3];
-        pel_sub(scene->volume->origin, scene->camera.position, from);
-        p->origin[i] = pel_dot(basis[i], from);
-        p->reach[i] = 0;
+        double origin = pel_dot(basis[i], from), reach = 0;
+        far = fmax(far, fabs(origin));
         for (int a = 0; a < 3; a++) {
-            double axis[3] = { matrix[0][a], matrix[1][a], matrix[2][a] };
-            p->axis[a][i] = pel_dot(basis[i], axis);
-            p->reach[i] += fabs(p->axis[a][i]) * (p->group * PEL_CELL_SIZE * 0.5 + 0.01);
+            double column[3] = { matrix[0][a], matrix[1][a], matrix[2][a] }, axis = pel_dot(basis[i], column);
+            p->axis[a][i] = (float)axis;
+            reach += fabs(axis) * (w->size * 0.5 + 0.01);
+            origin += axis * w->size * 0.5;
+            far = fmax(far, fabs(axis) * (double)scene->volume->dims[a]);
         }
+        p->origin[i] = (float)origin;
+        p->reach[i] = (float)reach;
     }
+    for (int i = 0; i < 3; i++)
+        p->reach[i] += (float)(far * 1e-6); /* what float loses */
+    double half = p->parallel ? scene->camera.parallel_scale : tan(scene->camera.view_angle / 360 * 3.14159265358979323846);
+    p->focal[0] = (float)(w->job->height / (2 * half));
+    p->focal[1] = -p->focal[0];
+    p->middle[0] = (float)(w->job->width - 1) * 0.5f;
+    p->middle[1] = (float)(w->job->height - 1) * 0.5f;
 }
 
-bool pel_spans_build(struct pel_spans *spans, const struct pel_scene *scene, const size_t cells[3], size_t visible_cells, int threads,
-                     struct pel_job *job, struct pel_error *error)
+/* Least and greatest depth of what is visible; along a row of cells only the first and the last count. Nothing visible: a range all the same. */
+static void depth_range(const struct work *w, float *least, float *most)
 {
-    job->spans = NULL;
-    struct projection p = { .job = job, .cells = cells, .parallel = scene->camera.parallel };
-    p.group = visible_cells > 50000 ? 2 : 1; /* many cells: coarser, so that projecting stays a small part of a frame */
-    camera_space(&p, scene);
-    double least = p.origin[2], most = p.origin[2];
-    for (int a = 0; a < 3; a++) {
-        double extent = p.axis[a][2] * (double)(cells[a] * PEL_CELL_SIZE), margin = p.reach[2];
-        least += (extent < 0 ? extent : 0) - margin;
-        most += (extent > 0 ? extent : 0) + margin;
-    }
-    if (!job->skip || (!p.parallel && least <= 1e-3 * (most - least)))
-        return true;
-    const int block = 1 << PEL_SPAN_SHIFT;
-    p.columns = (job->width + block - 1) / block;
-    p.rows = (job->height + block - 1) / block;
-    size_t count = (size_t)p.columns * (size_t)p.rows;
-    if (spans->count != count) {
+    const struct pel_job *job = w->job;
+    const struct pel_projection *p = &w->projection;
+    const float cube = (float)(w->group * PEL_CELL_SIZE), reach = p->reach[2] * cube / (float)w->size;
+    float origin = p->origin[2];
+    for (int a = 0; a < 3; a++)
+        origin += p->axis[a][2] * (cube - (float)w->size) * 0.5f;
+    *least = INFINITY;
+    *most = -INFINITY;
+    for (size_t z = 0; z < w->cells[2]; z++)
+        for (size_t y = 0; y < w->cells[1]; y++) {
+            const uint8_t *row = job->marks + (z << job->cell_slice_shift) + (y << job->cell_row_shift), *first = memchr(row, 0, w->cells[0]);
+            if (!first)
+                continue;
+            const uint8_t *last = row + w->cells[0] - 1;
+            while (*last)
+                last--;
+            for (int i = 0; i < 2; i++) {
+                size_t x = (size_t)((i ? last : first) - row);
+                float depth = origin + cube * ((float)(x / w->group) * p->axis[0][2] + (float)(y / w->group) * p->axis[1][2] + (float)(z / w->group) * p->axis[2][2]);
+                *least = fminf(*least, depth - reach);
+                *most = fmaxf(*most, depth + reach);
+            }
+        }
+    if (*least > *most)
+        *least = 0, *most = 1;
+}
+
+/* Pixels a voxel, at the volume's middle. */
+static double voxel_pixels(const struct work *w, const struct pel_scene *scene)
+{
+    double bounds[6], middle[3], right[3], up[3], forward[3];
+    pel_volume_bounds(scene->volume, bounds);
+    pel_camera_basis(&scene->camera, right, up, forward);
+    for (int i = 0; i < 3; i++)
+        middle[i] = (bounds[2 * i] + bounds[2 * i + 1]) / 2 - scene->camera.position[i];
+    double depth = w->projection.parallel ? 1 : pel_dot(middle, forward);
+    return w->projection.focal[0] / depth * pel_volume_least_spacing(scene->volume);
+}
+
+static bool reserve(struct pel_spans *spans, size_t words, struct pel_error *error)
+{
+    if (spans->words != words) {
         free(spans->masks);
-        spans->count = 0;
-        spans->masks = pel_alloc_aligned(count, sizeof *spans->masks, "span masks", error);
+        spans->words = 0;
+        spans->masks = pel_alloc_aligned(words, sizeof *spans->masks, "span masks", error);
         if (!spans->masks)
             return false;
-        spans->count = count;
+        spans->words = words;
     }
-    memset(spans->masks, 0, count * sizeof *spans->masks);
-    p.masks = (_Atomic uint64_t *)spans->masks;
-    double half = p.parallel ? scene->camera.parallel_scale : tan(scene->camera.view_angle / 360 * 3.14159265358979323846);
-    p.focal = job->height / (2 * half);
-    p.middle[0] = (job->width - 1) * 0.5;
-    p.middle[1] = (job->height - 1) * 0.5;
+    memset(spans->masks, 0, words * sizeof *spans->masks);
+    return true;
+}
+
+bool pel_spans_build(struct pel_spans *spans, const struct pel_scene *scene, const size_t cells[3], size_t visible_cells, pel_project_surface project_surface,
+                     int threads, struct pel_job *job, struct pel_error *error)
+{
+    job->spans = NULL;
+    job->looks = job->skip;
+    struct work w = { .job = job, .cells = cells, .group = 1, .project_surface = project_surface, .size = 1 };
+    struct pel_projection *p = &w.projection;
+    p->parallel = scene->camera.parallel;
+    camera_space(&w, scene);
+    if (!project_surface || voxel_pixels(&w, scene) < 1) { /* a voxel below a pixel: too many to project singly */
+        w.project_surface = NULL;
+        w.group = visible_cells > 50000 ? 2 : 1; /* many cells: coarser, so that projecting stays a small part of a frame */
+        w.size = (double)(w.group * PEL_CELL_SIZE);
+        camera_space(&w, scene);
+    }
+    float least, most;
+    depth_range(&w, &least, &most);
+    if (!job->skip || (!p->parallel && least <= 1e-3f * (most - least)))
+        return true;
+    const int block = 1 << PEL_SPAN_SHIFT;
+    p->blocks[0] = (job->width + block - 1) / block;
+    p->blocks[1] = (job->height + block - 1) / block;
+    if (!reserve(spans, (size_t)p->blocks[0] * (size_t)p->blocks[1] * PEL_SPAN_WORDS, error))
+        return false;
+    p->masks = (_Atomic uint64_t *)spans->masks;
+    p->slab_start = least;
+    p->slabs = PEL_SPAN_SLABS / (most - least);
     job->span_lo = least - job->s_base;
-    job->span_scale = 64 / (most - least);
-    pel_parallel_for(threads, (cells[2] + (size_t)p.group - 1) / (size_t)p.group, project_slab, &p);
+    job->span_scale = p->slabs;
+    pel_parallel_for(threads, (cells[2] + w.group - 1) / w.group, project_slab, &w);
     job->spans = spans->masks;
-    job->span_columns = p.columns;
+    job->span_columns = p->blocks[0];
+    job->looks = !w.project_surface;
     return true;
 }
 

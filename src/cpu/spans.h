@@ -8,14 +8,14 @@
 #include "kernel.h"
 
 struct pel_spans {
-    uint64_t *masks; /* owned; a word a block */
-    size_t count;
+    uint64_t *masks; /* owned; PEL_SPAN_WORDS words a block */
+    size_t words;
 };
 
 /* Fills the masks for the job's distance map and the scene's camera, and points the job at them; sets job->spans to NULL where they cannot be used (the camera is among the cells, or
  * skipping is off). `cells` is the distance map's size. */
-bool pel_spans_build(struct pel_spans *spans, const struct pel_scene *scene, const size_t cells[3], size_t visible_cells, int threads,
-                     struct pel_job *job, struct pel_error *error);
+bool pel_spans_build(struct pel_spans *spans, const struct pel_scene *scene, const size_t cells[3], size_t visible_cells, pel_project_surface project_surface,
+                     int threads, struct pel_job *job, struct pel_error *error);
 void pel_spans_finish(struct pel_spans *spans);
 
 #endif

@@ -287,6 +287,61 @@ static void test_skipping_sparse(void **state)
     }
 }
 
+/* Single voxels and a thin sheet: surfaces that lie in few voxel cells, and voxels that have an isovalue exactly. */
+static double grains(const double index[3])
+{
+    unsigned i = (unsigned)index[0] * 73856093u ^ (unsigned)index[1] * 19349663u ^ (unsigned)index[2] * 83492791u;
+    return fabs(index[0] + 0.3 * index[1] - 0.6 * index[2] - 4) < 0.6 ? 55 : (i >> 7) % 40 ? 0 : i & 1 ? 40 : 60;
+}
+
+/* Isosurfaces are passed over voxel by voxel where a voxel covers pixels, else cell by cell: near, far, from afar, along faces, sheared. */
+static void test_skipping_surfaces(void **state)
+{
+    (void)state;
+    static const struct {
+        const char *name;
+        double azimuth, elevation, zoom, away;
+        bool parallel;
+    } views[] = {
+        { "fitted", 25, 10, 1, 1, false },       { "along a face", 0, 0, 1, 1, true }, { "zoomed in", 130, -40, 8, 1, false },
+        { "a voxel below a pixel", 60, 50, 1, 5, false }, { "telephoto", 200, 5, 4e4, 4e4, false }, { "among the voxels", 300, 20, 1, 0.3, false },
+        { "parallel", 250, -65, 2, 1, true },
+    };
+    const enum pel_type types[] = { PEL_U8, PEL_I8, PEL_U16, PEL_F32, PEL_F64 };
+    for (int t = 0; t < 5; t++)
+        for (size_t i = 0; i < sizeof views / sizeof *views; i++) {
+            struct pel_volume volume;
+            struct pel_scene scene;
+            struct pel_image with, without;
+            char what[96];
+            make_volume(&volume, 41, 35, 46, types[t], grains);
+            memcpy(volume.spacing, (double[3]){ 1, 1.3, 0.8 }, sizeof volume.spacing);
+            memcpy(volume.direction[1], (double[3]){ 0.28, 0.96, 0 }, sizeof volume.direction[1]);
+            make_full_scene(&scene, &volume, 10, 60); /* isovalues 40, which voxels have, and 22.5 */
+            scene.render.mode = PEL_MODE_ISOSURFACE;
+            scene.render.step = 0.2;
+            pel_camera_azimuth(&scene.camera, views[i].azimuth);
+            pel_camera_elevation(&scene.camera, views[i].elevation);
+            scene.camera.parallel = views[i].parallel;
+            for (int a = 0; a < 3; a++)
+                scene.camera.position[a] = scene.camera.focal_point[a] + views[i].away * (scene.camera.position[a] - scene.camera.focal_point[a]);
+            pel_camera_zoom(&scene.camera, views[i].zoom);
+            snprintf(what, sizeof what, "isosurfaces of %s, %s: skip or not", pel_type_name(types[t]), views[i].name);
+            draw(&scene, "raycast", 170, 130, &with);
+            scene.render.skip = false;
+            draw(&scene, "raycast", 170, 130, &without);
+            check_same_bytes(&with, &without, what);
+            int seen = 0;
+            for (int p = 0; p < 170 * 130; p++)
+                seen += without.rgba[4 * p + 3] > 0;
+            check_at_least(seen, 50, "%s: pixels where something is seen", what);
+            pel_image_finish(&with);
+            pel_image_finish(&without);
+            pel_scene_finish(&scene);
+            pel_volume_finish(&volume);
+        }
+}
+
 static void test_instruction_sets(void **state)
 {
     struct assorted *a = *state;
@@ -375,6 +430,7 @@ int main(void)
         cmocka_unit_test_setup_teardown(test_threads, make_assorted, finish_assorted),
         cmocka_unit_test_setup_teardown(test_skipping, make_assorted, finish_assorted),
         cmocka_unit_test(test_skipping_sparse),
+        cmocka_unit_test(test_skipping_surfaces),
         cmocka_unit_test_setup_teardown(test_instruction_sets, make_assorted, finish_assorted),
         cmocka_unit_test_setup_teardown(test_changes, make_assorted, finish_assorted),
     };
