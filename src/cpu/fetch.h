@@ -2,7 +2,8 @@
 /* Voxels into lanes: trilinear and nearest fetches, and the gradient, for the kind of voxel that PEL_KIND says (kernel.h tells what "raw" values are).
  *
  * Bytes and words: the two voxels along x that a lerp needs are neighbours in memory, so one 32-bit gather brings both, and one multiply-add of 16-bit pairs with the
- * weights (2^14 - w, w) lerps them exactly for equal voxels. The gradient's stencil, the 4^3 neighbourhood without its edges, is 12 rows of x. */
+ * weights (2^14 - w, w) lerps them exactly for equal voxels. The gradient's stencil, the 4^3 neighbourhood without its edges, is 12 rows of x, of which the value has
+ * fetched four. */
 #ifndef PEL_CPU_FETCH_H
 #define PEL_CPU_FETCH_H
 
@@ -44,6 +45,20 @@ PEL_INLINE vi x_weights(vf fx)
 
 #endif
 
+/* The four rows of voxels along x around a cell: (y, z), (y + 1, z), (y, z + 1), (y + 1, z + 1). A value needs voxels x and x + 1 of them; the gradient needs x - 1 and x + 2 too, and eight rows more. */
+struct rows {
+    vi y[4], z[4]; /* offsets of rows y - 1 .. y + 2 and of slices z - 1 .. z + 2, at the volume's ends the last one again; only 1 and 2 until the gradient is taken */
+#if PEL_KIND == PEL_KIND_U8
+    vi at;         /* where the words start along x */
+    bool at_end;   /* some lane's word does not start at x - 1 */
+    vi word[4];    /* voxels x - 1 .. x + 2 */
+#elif PEL_KIND == PEL_KIND_U16
+    vi word[4];    /* voxels x and x + 1 */
+#else
+    vf left[4], right[4]; /* voxels x and x + 1 */
+#endif
+};
+
 #if PEL_KIND == PEL_KIND_U8
 
 /* One voxel, raw before scaling by 2^14. */
@@ -54,76 +69,50 @@ PEL_INLINE vf fetch_voxel(const struct pel_job *job, vi x, vi y, vi z)
     return vi_to_vf((word >> ((x - at) << 3)) & 0xff) * 16384.0f;
 }
 
-/* Four rows' words, the pair to lerp in their first two bytes, lerped along all axes. */
-PEL_INLINE vf lerp_words(const vi word[4], vi w, vf fy, vf fz)
+/* The word of voxels x - 1 .. x + 2 of a row; at the volume's ends the last voxel again. */
+PEL_INLINE vi row_word(const struct pel_job *job, const struct spot *s, const struct rows *r, vi offset)
 {
-    vf row[4];
-    for (int i = 0; i < 4; i++)
-        row[i] = vi_to_vf(vi_madd16(vi_byte_pair(word[i], 0), w));
-    return bilerp(row[0], row[1], row[2], row[3], fy, fz);
-}
-
-PEL_INLINE vf fetch_linear_raw(const struct pel_job *job, const struct spot *s)
-{
-    vi limit = vi_set(job->row - 4), rows = s->y * job->row + s->z * job->slice, word[4];
-    const char *base = job->data;
-    bool at_end = vi_any(s->x > limit), flips = job->flip != 0; /* hardly ever, and for i8 only */
-    vi at = at_end ? vi_min(s->x, limit) : s->x;
-    for (int i = 0; i < 4; i++)
-        word[i] = vi_gather(base + (ptrdiff_t)job->row * (i & 1) + (ptrdiff_t)job->slice * (i >> 1), at + rows);
-    if (__builtin_expect(at_end | flips, 0))
-        for (int i = 0; i < 4; i++)
-            word[i] = (word[i] ^ job->flip) >> ((s->x - at) << 3);
-    return lerp_words(word, x_weights(s->fx), s->fy, s->fz);
-}
-
-/* Four voxels x-1 .. x+2 of a row in the bytes of a word; at the volume's ends the last voxel again. */
-PEL_INLINE vi row_word(const struct pel_job *job, vi at, vi rows, vi before, vi behind, bool at_end)
-{
-    vi word = vi_gather(job->data, at + rows) ^ job->flip;
-    if (at_end) {
-        word = vi_select(before, (word << 8) | (word & 0xff), word);
-        word = vi_select(behind, ((word >> 8) & 0xffffff) | (word & (int32_t)0xff000000), word);
+    vi word = vi_gather(job->data, r->at + offset);
+    if (__builtin_expect(job->flip != 0, 0))
+        word ^= job->flip;
+    if (__builtin_expect(r->at_end, 0)) {
+        vi shift = s->x - 1 - r->at;
+        word = vi_select(shift < 0, (word << 8) | (word & 0xff), word);
+        word = vi_select(shift > 0, ((word >> 8) & 0xffffff) | (word & (int32_t)0xff000000), word);
     }
     return word;
 }
 
-PEL_INLINE vf middle_lerp(vi word, vi w)
+PEL_INLINE void fetch_row(const struct pel_job *job, const struct spot *s, struct rows *r, int i, vi offset)
 {
-    return vi_to_vf(vi_madd16(vi_byte_pair(word, 1), w));
+    if (i == 0) {
+        r->at = vi_max(vi_min(s->x - 1, vi_set(job->row - 4)), vi_set(0));
+        r->at_end = vi_any(r->at != s->x - 1);
+    }
+    r->word[i] = row_word(job, s, r, offset);
+}
+
+/* A row's value at x. */
+PEL_INLINE vf middle_lerp(const struct spot *s, const struct rows *r, int i)
+{
+    return vi_to_vf(vi_madd16(vi_byte_pair(r->word[i], 1), x_weights(s->fx)));
 }
 
 /* (v(x+1) - v(x-1)) and (v(x+2) - v(x)), lerped. */
-PEL_INLINE vf slope_lerp(vi word, vi w)
+PEL_INLINE vf slope_lerp(const struct pel_job *job, const struct spot *s, const struct rows *r, int i, vi offset)
 {
-    return vi_to_vf(vi_madd16(vi_byte_pair(word, 2), w) - vi_madd16(vi_byte_pair(word, 0), w));
-}
-
-PEL_INLINE void fetch_gradient_raw(const struct pel_job *job, const struct spot *s, vf g[3])
-{
+    (void)job, (void)offset;
     vi w = x_weights(s->fx);
-    vi at = vi_max(vi_min(s->x - 1, vi_set(job->row - 4)), vi_set(0)), delta = s->x - 1 - at;
-    vi before = delta < 0, behind = delta > 0;
-    bool at_end = vi_any(delta != 0);
-    vi y0 = vi_max(s->y - 1, vi_set(0)) * job->row, y1 = s->y * job->row, y2 = y1 + job->row;
-    vi y3 = vi_min(s->y + 2, vi_set(job->dims[1] - 1)) * job->row;
-    vi z0 = vi_max(s->z - 1, vi_set(0)) * job->slice, z1 = s->z * job->slice, z2 = z1 + job->slice;
-    vi z3 = vi_min(s->z + 2, vi_set(job->dims[2] - 1)) * job->slice;
-#define ROW(y, z) row_word(job, at, y + z, before, behind, at_end)
-    vi w11 = ROW(y1, z1), w21 = ROW(y2, z1), w12 = ROW(y1, z2), w22 = ROW(y2, z2);
-    g[0] = bilerp(slope_lerp(w11, w), slope_lerp(w21, w), slope_lerp(w12, w), slope_lerp(w22, w), s->fy, s->fz) * 0.5f;
-    vf c11 = middle_lerp(w11, w), c21 = middle_lerp(w21, w), c12 = middle_lerp(w12, w), c22 = middle_lerp(w22, w);
-#define EDGE(y, z) middle_lerp(ROW(y, z), w)
-    vf fy = s->fy, fz = s->fz;
-    g[1] = vf_lerp(vf_lerp(c21 - EDGE(y0, z1), EDGE(y3, z1) - c11, fy), vf_lerp(c22 - EDGE(y0, z2), EDGE(y3, z2) - c12, fy), fz) * 0.5f;
-    g[2] = vf_lerp(vf_lerp(c12 - EDGE(y1, z0), EDGE(y1, z3) - c11, fz), vf_lerp(c22 - EDGE(y2, z0), EDGE(y2, z3) - c21, fz), fy) * 0.5f;
-#undef EDGE
-#undef ROW
+    return vi_to_vf(vi_madd16(vi_byte_pair(r->word[i], 2), w) - vi_madd16(vi_byte_pair(r->word[i], 0), w));
 }
 
-#else /* words, floats and wide numbers: a gather an x-pair or a voxel */
+/* The value at x of a row farther out. */
+PEL_INLINE vf outer_lerp(const struct pel_job *job, const struct spot *s, const struct rows *r, vi offset)
+{
+    return vi_to_vf(vi_madd16(vi_byte_pair(row_word(job, s, r, offset), 1), x_weights(s->fx)));
+}
 
-#if PEL_KIND == PEL_KIND_U16
+#elif PEL_KIND == PEL_KIND_U16
 
 PEL_INLINE vf fetch_voxel(const struct pel_job *job, vi x, vi y, vi z)
 {
@@ -132,28 +121,45 @@ PEL_INLINE vf fetch_voxel(const struct pel_job *job, vi x, vi y, vi z)
     return vi_to_vf(vi_select(x == at, (word << 16) >> 16, word >> 16)) * 16384.0f;
 }
 
-PEL_INLINE vf row_lerp(const struct pel_job *job, const struct spot *s, vi rows)
+PEL_INLINE void fetch_row(const struct pel_job *job, const struct spot *s, struct rows *r, int i, vi offset)
 {
-    return vi_to_vf(vi_madd16(vi_gather2(job->data, s->x + rows) ^ job->flip, x_weights(s->fx)));
+    r->word[i] = vi_gather2(job->data, s->x + offset) ^ job->flip;
 }
 
-#elif PEL_KIND == PEL_KIND_F32
-
-PEL_INLINE vf fetch_voxel(const struct pel_job *job, vi x, vi y, vi z)
+PEL_INLINE vf middle_lerp(const struct spot *s, const struct rows *r, int i)
 {
-    return vf_gather(job->data, x + y * job->row + z * job->slice);
+    return vi_to_vf(vi_madd16(r->word[i], x_weights(s->fx)));
 }
 
-PEL_INLINE vf row_lerp(const struct pel_job *job, const struct spot *s, vi rows)
+PEL_INLINE vf slope_lerp(const struct pel_job *job, const struct spot *s, const struct rows *r, int i, vi offset)
 {
-    vi at = s->x + rows;
-    return vf_lerp(vf_gather(job->data, at), vf_gather((const float *)job->data + 1, at), s->fx);
+    (void)r, (void)i;
+    vi before = vi_max(s->x - 1, vi_set(0)), behind = vi_min(s->x + 1, vi_set(job->row - 2)), w = x_weights(s->fx);
+    vi front = vi_gather2(job->data, before + offset) ^ job->flip, back = vi_gather2(job->data, behind + offset) ^ job->flip;
+    front = vi_select(s->x < 1, (front << 16) | (front & 0xffff), front); /* at the volume's ends the last voxel again */
+    back = vi_select(s->x >= job->row - 2, ((back >> 16) & 0xffff) | (back & (int32_t)0xffff0000), back);
+    return vi_to_vf(vi_madd16(back, w)) - vi_to_vf(vi_madd16(front, w));
+}
+
+PEL_INLINE vf outer_lerp(const struct pel_job *job, const struct spot *s, const struct rows *r, vi offset)
+{
+    (void)r;
+    return vi_to_vf(vi_madd16(vi_gather2(job->data, s->x + offset) ^ job->flip, x_weights(s->fx)));
+}
+
+#else
+
+#if PEL_KIND == PEL_KIND_F32
+
+PEL_INLINE vf voxel_at(const struct pel_job *job, vi at)
+{
+    return vf_gather(job->data, at);
 }
 
 #else
 
 /* A call each, not inlined: its loads dwarf the call, and the kernels would be several times as long. */
-__attribute__((noinline)) static vf wide_at(const struct pel_job *job, vi at)
+__attribute__((noinline)) static vf voxel_at(const struct pel_job *job, vi at)
 {
     float raw[W];
     for (int i = 0; i < W; i++) {
@@ -167,50 +173,70 @@ __attribute__((noinline)) static vf wide_at(const struct pel_job *job, vi at)
     return result;
 }
 
+#endif
+
 PEL_INLINE vf fetch_voxel(const struct pel_job *job, vi x, vi y, vi z)
 {
-    return wide_at(job, x + y * job->row + z * job->slice);
+    return voxel_at(job, x + y * job->row + z * job->slice);
 }
 
-PEL_INLINE vf row_lerp(const struct pel_job *job, const struct spot *s, vi rows)
+PEL_INLINE void fetch_row(const struct pel_job *job, const struct spot *s, struct rows *r, int i, vi offset)
 {
-    vi at = s->x + rows;
-    return vf_lerp(wide_at(job, at), wide_at(job, at + 1), s->fx);
+    r->left[i] = voxel_at(job, s->x + offset);
+    r->right[i] = voxel_at(job, s->x + offset + 1);
+}
+
+PEL_INLINE vf middle_lerp(const struct spot *s, const struct rows *r, int i)
+{
+    return vf_lerp(r->left[i], r->right[i], s->fx);
+}
+
+PEL_INLINE vf slope_lerp(const struct pel_job *job, const struct spot *s, const struct rows *r, int i, vi offset)
+{
+    vf before = voxel_at(job, vi_max(s->x - 1, vi_set(0)) + offset), behind = voxel_at(job, vi_min(s->x + 2, vi_set(job->dims[0] - 1)) + offset);
+    return vf_lerp(r->right[i] - before, behind - r->left[i], s->fx);
+}
+
+PEL_INLINE vf outer_lerp(const struct pel_job *job, const struct spot *s, const struct rows *r, vi offset)
+{
+    (void)r;
+    return vf_lerp(voxel_at(job, s->x + offset), voxel_at(job, s->x + offset + 1), s->fx);
 }
 
 #endif
 
-PEL_INLINE vf fetch_linear_raw(const struct pel_job *job, const struct spot *s)
+PEL_INLINE void fetch_rows(const struct pel_job *job, const struct spot *s, struct rows *r)
 {
-    vi o = s->y * job->row + s->z * job->slice;
-    return bilerp(row_lerp(job, s, o), row_lerp(job, s, o + job->row), row_lerp(job, s, o + job->slice), row_lerp(job, s, o + job->row + job->slice),
-                  s->fy, s->fz);
+    r->y[1] = s->y * job->row, r->y[2] = r->y[1] + job->row;
+    r->z[1] = s->z * job->slice, r->z[2] = r->z[1] + job->slice;
+    for (int i = 0; i < 4; i++)
+        fetch_row(job, s, r, i, r->y[1 + (i & 1)] + r->z[1 + (i >> 1)]);
 }
 
-/* (v(x+1) - v(x-1)) and (v(x+2) - v(x)), lerped. */
-PEL_INLINE vf row_slope(const struct pel_job *job, const struct spot *s, vi y, vi z)
+/* The trilinear value. */
+PEL_INLINE vf rows_value(const struct spot *s, const struct rows *r)
 {
-    vi x0 = vi_max(s->x - 1, vi_set(0)), x3 = vi_min(s->x + 2, vi_set(job->dims[0] - 1));
-    return vf_lerp(fetch_voxel(job, s->x + 1, y, z) - fetch_voxel(job, x0, y, z), fetch_voxel(job, x3, y, z) - fetch_voxel(job, s->x, y, z), s->fx);
+    return bilerp(middle_lerp(s, r, 0), middle_lerp(s, r, 1), middle_lerp(s, r, 2), middle_lerp(s, r, 3), s->fy, s->fz);
 }
 
-PEL_INLINE void fetch_gradient_raw(const struct pel_job *job, const struct spot *s, vf g[3])
+/* Central differences at the cell's corners, interpolated: twice the gradient. */
+PEL_INLINE void rows_gradient(const struct pel_job *job, const struct spot *s, struct rows *r, vf g[3])
 {
-    vf fy = s->fy, fz = s->fz;
-    vi y0 = vi_max(s->y - 1, vi_set(0)) * job->row, y1 = s->y * job->row, y2 = y1 + job->row;
-    vi y3 = vi_min(s->y + 2, vi_set(job->dims[1] - 1)) * job->row;
-    vi z0 = vi_max(s->z - 1, vi_set(0)) * job->slice, z1 = s->z * job->slice, z2 = z1 + job->slice;
-    vi z3 = vi_min(s->z + 2, vi_set(job->dims[2] - 1)) * job->slice;
-    g[0] = bilerp(row_slope(job, s, s->y, s->z), row_slope(job, s, s->y + 1, s->z), row_slope(job, s, s->y, s->z + 1),
-                  row_slope(job, s, s->y + 1, s->z + 1), fy, fz) * 0.5f;
-#define ROW(y, z) row_lerp(job, s, y + z)
-    vf c11 = ROW(y1, z1), c21 = ROW(y2, z1), c12 = ROW(y1, z2), c22 = ROW(y2, z2);
-    g[1] = vf_lerp(vf_lerp(c21 - ROW(y0, z1), ROW(y3, z1) - c11, fy), vf_lerp(c22 - ROW(y0, z2), ROW(y3, z2) - c12, fy), fz) * 0.5f;
-    g[2] = vf_lerp(vf_lerp(c12 - ROW(y1, z0), ROW(y1, z3) - c11, fz), vf_lerp(c22 - ROW(y2, z0), ROW(y2, z3) - c21, fz), fy) * 0.5f;
-#undef ROW
+    vf fy = s->fy, fz = s->fz, x[4], c[4];
+    r->y[0] = vi_max(s->y - 1, vi_set(0)) * job->row;
+    r->y[3] = vi_min(s->y + 2, vi_set(job->dims[1] - 1)) * job->row;
+    r->z[0] = vi_max(s->z - 1, vi_set(0)) * job->slice;
+    r->z[3] = vi_min(s->z + 2, vi_set(job->dims[2] - 1)) * job->slice;
+    for (int i = 0; i < 4; i++) {
+        x[i] = slope_lerp(job, s, r, i, r->y[1 + (i & 1)] + r->z[1 + (i >> 1)]);
+        c[i] = middle_lerp(s, r, i);
+    }
+    g[0] = bilerp(x[0], x[1], x[2], x[3], fy, fz);
+#define OUTER(j, k) outer_lerp(job, s, r, r->y[j] + r->z[k])
+    g[1] = vf_lerp(vf_lerp(c[1] - OUTER(0, 1), OUTER(3, 1) - c[0], fy), vf_lerp(c[3] - OUTER(0, 2), OUTER(3, 2) - c[2], fy), fz);
+    g[2] = vf_lerp(vf_lerp(c[2] - OUTER(1, 0), OUTER(1, 3) - c[0], fz), vf_lerp(c[3] - OUTER(2, 0), OUTER(2, 3) - c[1], fz), fy);
+#undef OUTER
 }
-
-#endif
 
 /* The eight voxels of a cell, x fastest. */
 PEL_INLINE void fetch_corners(const struct pel_job *job, const struct spot *s, vf corner[8])
@@ -224,10 +250,11 @@ PEL_INLINE vf voids_to_nan(const struct pel_job *job, vf voxel)
     return vf_select(voxel == job->void_raw, vf_set(NAN), voxel);
 }
 
-/* Trilinear value; NaN where it reads a void. A NaN or infinite voxel leaves no finite value by itself. */
-PEL_INLINE vf fetch_linear(const struct pel_job *job, const struct spot *s)
+/* Trilinear value, and the rows that it was made of; NaN where it reads a void. A NaN or infinite voxel leaves no finite value by itself. */
+PEL_INLINE vf fetch_value(const struct pel_job *job, const struct spot *s, struct rows *rows)
 {
-    vf raw = fetch_linear_raw(job, s);
+    fetch_rows(job, s, rows);
+    vf raw = rows_value(s, rows);
     if (__builtin_expect(job->voids, 0))
         raw = vf_select(vf_abs(raw) <= FLT_MAX, raw, vf_set(NAN));
     if (__builtin_expect(job->has_void_value, 0)) {
@@ -239,6 +266,12 @@ PEL_INLINE vf fetch_linear(const struct pel_job *job, const struct spot *s)
     return raw;
 }
 
+PEL_INLINE vf fetch_linear(const struct pel_job *job, const struct spot *s)
+{
+    struct rows rows;
+    return fetch_value(job, s, &rows);
+}
+
 /* Nearest voxel of a position; NaN where it is void. */
 PEL_INLINE vf fetch_nearest(const struct pel_job *job, vi x, vi y, vi z)
 {
@@ -248,12 +281,12 @@ PEL_INLINE vf fetch_nearest(const struct pel_job *job, vi x, vi y, vi z)
     return job->has_void_value ? voids_to_nan(job, raw) : raw;
 }
 
-/* Gradient in parts of the volume's range a voxel, so that its square neither vanishes nor overflows; NaN near voids. */
-PEL_INLINE void fetch_gradient(const struct pel_job *job, const struct spot *s, vf g[3])
+/* Gradient in parts of the volume's range a voxel, so that its square neither vanishes nor overflows; NaN near voids. The rows are those of the value there. */
+PEL_INLINE void fetch_gradient(const struct pel_job *job, const struct spot *s, struct rows *rows, vf g[3])
 {
-    fetch_gradient_raw(job, s, g);
+    rows_gradient(job, s, rows, g);
     for (int a = 0; a < 3; a++)
-        g[a] *= job->gradient_scale;
+        g[a] *= 0.5f * job->gradient_scale;
     if (__builtin_expect(job->has_void_value, 0)) {
         vi bad = vi_set(0);
         for (int a = 0; a < 6; a++)

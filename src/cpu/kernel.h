@@ -86,6 +86,7 @@ struct pel_job {
     bool nearest, shade, invert, headlight_only, orthogonal;
     float termination;
     float ambient, diffuse, specular, power;
+    float all_diffuse[3], all_specular[3]; /* the coefficient times the lights' colours, summed */
     float steps_a_voxel;   /* least spacing / step */
     float to_world[3][3];  /* index vector to world, in least spacings */
     float normal[3][3];    /* index gradient to world: inverse transpose, likewise */

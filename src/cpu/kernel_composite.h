@@ -71,9 +71,10 @@ PEL_INLINE void composite(const struct pel_job *job, struct packet *r, bool shad
             }
         }
         counts->taken += (unsigned)lanes(live);
-        vf raw, alpha, color[3];
+        vf raw, alpha, color[3] = { 0 };
         vi entry = vi_set(0);
         struct nearest v;
+        struct rows rows = { 0 };
         if (pre) {
             alpha = pre_classify(job, &s, color, &raw);
         } else {
@@ -81,7 +82,7 @@ PEL_INLINE void composite(const struct pel_job *job, struct packet *r, bool shad
                 v = nearest_voxel(job, &s);
                 raw = fetch_nearest(job, v.x, v.y, v.z);
             } else {
-                raw = fetch_linear(job, &s);
+                raw = fetch_value(job, &s, &rows);
             }
             entry = table_entry(job, raw);
             alpha = vf_gather(job->alpha, entry);
@@ -103,10 +104,12 @@ PEL_INLINE void composite(const struct pel_job *job, struct packet *r, bool shad
         }
         if (shaded) {
             vf g[3];
+            if (pre)
+                fetch_rows(job, &s, &rows);
             if (general && job->nearest)
                 opacity_gradient(job, v.x, v.y, v.z, g);
             else
-                fetch_gradient(job, &s, g);
+                fetch_gradient(job, &s, &rows, g);
             shade(job, r, g, alpha, color);
         }
         for (int c = 0; c < 3; c++)
@@ -200,7 +203,9 @@ PEL_INLINE void preintegrated(const struct pel_job *job, struct packet *r, struc
             if (job->shade) {
                 vf g[3];
                 struct spot m = packet_spot(job, r, at);
-                fetch_gradient(job, &m, g);
+                struct rows rows;
+                fetch_rows(job, &m, &rows);
+                fetch_gradient(job, &m, &rows, g);
                 shade(job, r, g, alpha, color);
             }
             for (int c = 0; c < 3; c++)

@@ -42,7 +42,9 @@ PEL_INLINE void settle(const struct pel_job *job, const struct packet *r, struct
 {
     vf root = find_root(job, r, p->iso, p->from, p->front, p->to, p->back, p->lanes), g[3], color[3];
     struct spot at = packet_spot(job, r, root);
-    fetch_gradient(job, &at, g);
+    struct rows rows;
+    fetch_rows(job, &at, &rows);
+    fetch_gradient(job, &at, &rows, g);
     vf alpha = vf_select(p->lanes, p->alpha, vf_set(0));
     for (int c = 0; c < 3; c++)
         color[c] = alpha * p->color[c];

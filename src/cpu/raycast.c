@@ -168,6 +168,13 @@ static void settings(struct pel_raycaster *rc, const struct pel_scene *scene)
     job->diffuse = (float)s->diffuse;
     job->specular = (float)s->specular;
     job->power = (float)s->specular_power;
+    for (int c = 0; c < 3; c++) {
+        job->all_diffuse[c] = job->all_specular[c] = 0;
+        for (int l = 0; l < job->light_count; l++) {
+            job->all_diffuse[c] += job->diffuse * job->lights[l].color[c];
+            job->all_specular[c] += job->specular * job->lights[l].color[c];
+        }
+    }
     job->skip = s->skip && (!pel_mode_has_map(s->mode) || rc->state.map_bytes > 0);
     double longest = 0; /* voxels a step, along any axis */
     for (int a = 0; a < 3; a++)
