@@ -93,6 +93,23 @@ def block(result, records, key, programs, limit=False):
     return "\n".join(line.rstrip() for line in lines) + "\n"
 
 
+def voxel_rays(records):
+    """VolPack beside ourselves with as many rays: frames, and what is on screen first after the transfer function changed."""
+    rows = []
+    for r in records:
+        ours = [median(r, "pellucid-rays", key) for key in ("frame_ms", "edit_ms")]
+        theirs = [median(r, "volpack", key) for key in ("frame_ms", "edit_ms", "reclassify_ms")]
+        if all(ours + theirs):
+            compared = [theirs[0] / ours[0], theirs[1] / ours[1], theirs[2] / ours[1]]
+            rows.append((label(r), *map(number, ours), *("%s (%.1fx)" % (number(t), c) for t, c in zip(theirs, compared)), compared))
+    if not rows:
+        return ""
+    lines = ["| scene | Pellucid | after a change | VolPack | after a change, from raw voxels | after a change, classified again |", "| --- |" + " ---: |" * 5]
+    lines += ["| %s | %s | %s | %s | %s | %s |" % row[:6] for row in rows]
+    lines.append("| geometric mean | | | %.1fx | %.1fx | %.1fx |" % tuple(geometric([row[6][i] for row in rows]) for i in range(3)))
+    return "\n".join(lines) + "\n"
+
+
 def stills(records):
     rows = []
     for r in records:
@@ -136,6 +153,7 @@ def table(result):
         ("A frame after the transfer function changed", block(result, rays, "edit_ms", peers)),
         ("An isosurface, the isovalue changing each frame", block(result, iso, "edit_ms", ["vtk-iso"])),
         ("An isosurface, the camera turning", block(result, iso, "frame_ms", ["vtk-iso"], limit=True)),
+        ("VolPack's own number of rays: in parallel, one a voxel; one thread each", voxel_rays(scenes)),
         ("From process start to a PNG on disk, and peak memory", stills(scenes)),
     ]
     return "\n".join(("**%s**\n\n" % title if title else "") + text for title, text in parts if text)

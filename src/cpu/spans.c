@@ -16,23 +16,9 @@ struct work {
     size_t group;                        /* cells that are projected as one, along each axis */
     pel_project_surface project_surface; /* or NULL: groups of cells are projected whole */
     double size;                         /* voxels of a projected cube */
+    uint8_t *folds;                      /* a row of cells a thread */
     struct pel_projection projection;
 };
-
-/* Is any cell of the group at (x, y, z) visible? */
-static bool group_visible(const struct work *w, size_t x, size_t y, size_t z)
-{
-    const struct pel_job *job = w->job;
-    size_t group = w->group;
-    for (size_t k = z * group; k < z * group + group && k < w->cells[2]; k++)
-        for (size_t j = y * group; j < y * group + group && j < w->cells[1]; j++) {
-            const uint8_t *row = job->marks + (k << job->cell_slice_shift) + (j << job->cell_row_shift);
-            for (size_t i = x * group; i < x * group + group && i < w->cells[0]; i++)
-                if (!row[i])
-                    return true;
-        }
-    return false;
-}
 
 /* Blocks that [centre - reach, centre + reach] can cover, at inverse depths from `near` to `far` (parallel: both 1); false where none is in the picture. */
 static bool blocks_covered(const struct pel_projection *p, float centre, float near, float far, int axis, int *first, int *last)
@@ -62,20 +48,38 @@ static void project_group(const struct pel_projection *p, float x, float y, floa
     pel_mark_span(p, x0, x1, y0, y1, first > 0 ? (int)first : 0, last < PEL_SPAN_SLABS - 1 ? (int)last : PEL_SPAN_SLABS - 1);
 }
 
+/* Marks of a row of groups of cells, as a row of cells: 0 where the cell, or one beside it in the group's other rows, may be seen. */
+static const uint8_t *fold_rows(const struct work *w, size_t y, size_t z, uint8_t *fold)
+{
+    const struct pel_job *job = w->job;
+    const uint8_t *first = job->marks + (z * w->group << job->cell_slice_shift) + (y * w->group << job->cell_row_shift);
+    if (w->group == 1)
+        return first;
+    memset(fold, 1, w->cells[0]);
+    for (size_t k = 0; k < w->group && z * w->group + k < w->cells[2]; k++)
+        for (size_t j = 0; j < w->group && y * w->group + j < w->cells[1]; j++) {
+            const uint8_t *row = first + (k << job->cell_slice_shift) + (j << job->cell_row_shift);
+            for (size_t x = 0; x < w->cells[0]; x++)
+                fold[x] &= row[x];
+        }
+    return fold;
+}
+
 static void project_slab(void *context, size_t z, int thread)
 {
-    (void)thread;
     const struct work *w = context;
-    size_t size = w->group * PEL_CELL_SIZE;
-    for (size_t y = 0; y * w->group < w->cells[1]; y++)
-        for (size_t x = 0; x * w->group < w->cells[0]; x++) {
-            if (!group_visible(w, x, y, z))
-                continue;
+    const size_t size = w->group * PEL_CELL_SIZE;
+    for (size_t y = 0; y * w->group < w->cells[1]; y++) {
+        const uint8_t *row = fold_rows(w, y, z, w->folds + (size_t)thread * w->cells[0]), *end = row + w->cells[0];
+        for (const uint8_t *cell = row; cell < end && (cell = memchr(cell, 0, (size_t)(end - cell)));) {
+            size_t x = (size_t)(cell - row) / w->group;
             if (w->project_surface)
                 w->project_surface(w->job, &w->projection, (int)(x * size), (int)(y * size), (int)(z * size));
             else
                 project_group(&w->projection, (float)(x * size), (float)(y * size), (float)(z * size));
+            cell = row + (x + 1) * w->group;
         }
+    }
 }
 
 /* How index space lies in camera space (from the camera's position), for cubes of w->size voxels. */
@@ -150,8 +154,16 @@ static double voxel_pixels(const struct work *w, const struct pel_scene *scene)
     return w->projection.focal[0] / depth * pel_volume_least_spacing(scene->volume);
 }
 
-static bool reserve(struct pel_spans *spans, size_t words, struct pel_error *error)
+static bool reserve(struct pel_spans *spans, size_t words, size_t fold_bytes, struct pel_error *error)
 {
+    if (spans->fold_bytes != fold_bytes) {
+        free(spans->folds);
+        spans->fold_bytes = 0;
+        spans->folds = pel_alloc(fold_bytes, 1, "span masks", error);
+        if (!spans->folds)
+            return false;
+        spans->fold_bytes = fold_bytes;
+    }
     if (spans->words != words) {
         free(spans->masks);
         spans->words = 0;
@@ -186,8 +198,9 @@ bool pel_spans_build(struct pel_spans *spans, const struct pel_scene *scene, con
     const int block = 1 << PEL_SPAN_SHIFT;
     p->blocks[0] = (job->width + block - 1) / block;
     p->blocks[1] = (job->height + block - 1) / block;
-    if (!reserve(spans, (size_t)p->blocks[0] * (size_t)p->blocks[1] * PEL_SPAN_WORDS, error))
+    if (!reserve(spans, (size_t)p->blocks[0] * (size_t)p->blocks[1] * PEL_SPAN_WORDS, (size_t)threads * cells[0], error))
         return false;
+    w.folds = spans->folds;
     p->masks = (_Atomic uint64_t *)spans->masks;
     p->slab_start = least;
     p->slabs = PEL_SPAN_SLABS / (most - least);
@@ -203,5 +216,6 @@ bool pel_spans_build(struct pel_spans *spans, const struct pel_scene *scene, con
 void pel_spans_finish(struct pel_spans *spans)
 {
     free(spans->masks);
+    free(spans->folds);
     memset(spans, 0, sizeof *spans);
 }

@@ -10,6 +10,8 @@
 struct pel_spans {
     uint64_t *masks; /* owned; PEL_SPAN_WORDS words a block */
     size_t words;
+    uint8_t *folds; /* owned; for each thread a row of cells to work in */
+    size_t fold_bytes;
 };
 
 /* Fills the masks for the job's distance map and the scene's camera, and points the job at them; sets job->spans to NULL where they cannot be used (the camera is among the cells, or
