@@ -192,12 +192,10 @@ static bool print_stats(const struct values *values, const struct pel_renderer *
     return true;
 }
 
-static bool save_scene(const struct values *values, const struct arguments *arguments, const struct loaded_scene *loaded, struct pel_error *error)
+static bool save_scene(const struct values *values, const struct loaded_scene *loaded, struct pel_error *error)
 {
     if (!values->save_scene[0])
         return true;
-    if (!values->scene.quiet && (arguments_given(arguments, "spacing") || arguments_given(arguments, "void")))
-        tool_note("%s: a scene file does not hold --spacing and --void; give them again with --scene", values->save_scene);
     return pel_write_scene(values->save_scene, &loaded->scene, error) || tool_fail_in(error, values->save_scene);
 }
 
@@ -274,7 +272,7 @@ static int run(const struct command *command, int argc, char **argv)
     bool fine = (!values.output[0] && !values.depth[0]) || draw(&values, &arguments, &loaded, &progress, &error);
     if (fine) {
         scene_move_camera(&loaded, &values.scene, 0);
-        fine = save_scene(&values, &arguments, &loaded, &error);
+        fine = save_scene(&values, &loaded, &error);
     }
     scene_unload(&loaded);
     return tool_finish_stdout(fine ? EXIT_FINE : tool_report(&error));

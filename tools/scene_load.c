@@ -82,15 +82,16 @@ static bool choose_technique(struct loaded_scene *loaded, const struct scene_arg
     return tool_fail(error, PEL_ERROR_ARGUMENT, "--technique: there is no %.60s; there are: %s", values->technique, known);
 }
 
-/* What the flags say about the volume itself. */
+/* What the scene and the flags say about the volume itself. */
 static void adjust_volume(struct loaded_scene *loaded, const struct arguments *arguments, const struct scene_arguments *values)
 {
     struct pel_volume *volume = &loaded->volume;
-    if (arguments_given(arguments, "spacing"))
-        memcpy(volume->spacing, values->spacing, sizeof volume->spacing);
-    if (arguments_given(arguments, "void")) {
+    const struct pel_source *source = &loaded->scene.source;
+    if (source->has_spacing)
+        memcpy(volume->spacing, source->spacing, sizeof volume->spacing);
+    if (source->has_void) {
         volume->has_void = true;
-        volume->void_value = values->void_value;
+        volume->void_value = source->void_value;
         pel_volume_update_range(volume);
     }
     if (arguments_given(arguments, "labels")) {
@@ -138,9 +139,9 @@ static bool find_source(struct pel_source *source, const struct arguments *argum
     if (path) {
         if (strlen(path) >= sizeof source->path)
             return tool_fail(error, PEL_ERROR_ARGUMENT, "the file's path is longer than %zu bytes", sizeof source->path - 1);
-        /* Another file than the scene's: what the scene says of its arrays does not apply. */
+        /* Another file than the scene's: what the scene says of it does not apply. */
         if (strcmp(source->path, path) != 0)
-            source->array[0] = source->raw[0] = 0;
+            *source = (struct pel_source) { .has_void = false };
         strcpy(source->path, path);
     }
     if (!source->path[0])
@@ -152,6 +153,14 @@ static bool find_source(struct pel_source *source, const struct arguments *argum
         strcpy(source->array, values->array);
     if (arguments_given(arguments, "raw"))
         strcpy(source->raw, values->raw);
+    if (arguments_given(arguments, "spacing")) {
+        source->has_spacing = true;
+        memcpy(source->spacing, values->spacing, sizeof source->spacing);
+    }
+    if (arguments_given(arguments, "void")) {
+        source->has_void = true;
+        source->void_value = values->void_value;
+    }
     return true;
 }
 

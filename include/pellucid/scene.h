@@ -73,11 +73,15 @@ struct pel_plane {
 #define PEL_MAX_ISOSURFACES 16
 #define PEL_MAX_LIGHTS 4
 
-/* Where the volume came from, so that a scene file can name it. Paths in a scene file are relative to it. */
+/* Where the volume came from and what is known better than its file says, so that a scene file can tell. Paths in a scene file are relative to it. Drawing does not look here: who reads the volume
+ * applies it. */
 struct pel_source {
     char path[PEL_OPTION_TEXT_SIZE];
     char array[128]; /* which array of a file with several, or "" */
     char raw[128];   /* layout of a raw file (see pel_read_params), or "" */
+    bool has_spacing, has_void;
+    double spacing[3]; /* in place of the file's: > 0 */
+    double void_value; /* samples with this value stand for no data; finite */
 };
 
 struct pel_scene {

@@ -207,8 +207,7 @@ bool pel_mode_has_map(enum pel_mode mode)
     return mode != PEL_MODE_AVERAGE && mode != PEL_MODE_SLICE;
 }
 
-bool pel_classify(struct pel_classification_state *state, const struct pel_scene *scene, const struct pel_minmax *minmax, struct pel_raw_scale raw,
-                  int threads, struct pel_job *job, struct pel_error *error)
+bool pel_classify_tables(struct pel_classification_state *state, const struct pel_scene *scene, struct pel_raw_scale raw, struct pel_job *job, struct pel_error *error)
 {
     const struct pel_volume *v = scene->volume;
     double length = scene->render.step * pel_volume_least_spacing(v) / scene->transfer.unit_distance;
@@ -232,7 +231,14 @@ bool pel_classify(struct pel_classification_state *state, const struct pel_scene
     job->mode = scene->render.mode;
     set_isosurfaces(job, scene, raw);
     job->iso_margin = (float)(2e-6 * fmax(fabs(v->range[0] - raw.offset), fabs(v->range[1] - raw.offset)) / raw.scale);
+    return true;
+}
 
+bool pel_classify(struct pel_classification_state *state, const struct pel_scene *scene, const struct pel_minmax *minmax, struct pel_raw_scale raw,
+                  int threads, struct pel_job *job, struct pel_error *error)
+{
+    if (!pel_classify_tables(state, scene, raw, job, error))
+        return false;
     bool extreme = job->mode == PEL_MODE_MIP || job->mode == PEL_MODE_MINIP;
     bool maps = pel_mode_has_map(job->mode);
     state->visible_cells = 0;

@@ -30,7 +30,9 @@ struct pel_raw_scale {
 /* Does the mode leave anything out that a distance map could tell? */
 bool pel_mode_has_map(enum pel_mode mode);
 
-/* Builds tables, distance map or bounds for the scene, and points the job at them. */
+/* Builds the look-up tables and isovalues for the scene, and points the job at them: all that a classification needs but the cells. */
+bool pel_classify_tables(struct pel_classification_state *state, const struct pel_scene *scene, struct pel_raw_scale raw, struct pel_job *job, struct pel_error *error);
+/* The tables, and marks or bounds of cells. */
 bool pel_classify(struct pel_classification_state *state, const struct pel_scene *scene, const struct pel_minmax *minmax, struct pel_raw_scale raw,
                   int threads, struct pel_job *job, struct pel_error *error);
 /* Makes sure that there is a distance map for each octant into which rays go; `wanted` has a bit for each. */

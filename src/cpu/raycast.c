@@ -154,36 +154,6 @@ bool pel_raycaster_classify(struct pel_raycaster *rc, const struct pel_scene *sc
     return pel_classify(&rc->state, scene, &rc->minmax, rc->raw, rc->threads, &rc->job, error);
 }
 
-static void settings(struct pel_raycaster *rc, const struct pel_scene *scene)
-{
-    const struct pel_render_settings *s = &scene->render;
-    struct pel_job *job = &rc->job;
-    job->classification = s->classification;
-    job->nearest = s->mode != PEL_MODE_ISOSURFACE && (s->reconstruction == PEL_RECONSTRUCTION_NEAREST ||
-                                                      (s->reconstruction == PEL_RECONSTRUCTION_AUTO && rc->volume->labels));
-    job->shade = s->shade;
-    job->invert = s->invert;
-    job->termination = s->termination < 1 ? (float)s->termination : 2; /* 2 is never reached */
-    job->ambient = (float)s->ambient;
-    job->diffuse = (float)s->diffuse;
-    job->specular = (float)s->specular;
-    job->power = (float)s->specular_power;
-    for (int c = 0; c < 3; c++) {
-        job->all_diffuse[c] = job->all_specular[c] = 0;
-        for (int l = 0; l < job->light_count; l++) {
-            job->all_diffuse[c] += job->diffuse * job->lights[l].color[c];
-            job->all_specular[c] += job->specular * job->lights[l].color[c];
-        }
-    }
-    job->skip = s->skip && (!pel_mode_has_map(s->mode) || rc->state.map_bytes > 0);
-    double longest = 0; /* voxels a step, along any axis */
-    for (int a = 0; a < 3; a++)
-        longest = fmax(longest, job->step / rc->volume->spacing[a]);
-    /* Values at segment ends tell of the segment only where the two ends' cells touch. */
-    if (longest > PEL_CELL_SIZE * 0.5 && (s->mode == PEL_MODE_ISOSURFACE || s->classification == PEL_CLASSIFICATION_PREINTEGRATED))
-        job->skip = false;
-}
-
 static pel_kernel choose_kernel(const struct pel_raycaster *rc)
 {
     const struct pel_kernels *k = rc->kernels[rc->kind];
@@ -204,27 +174,6 @@ static pel_kernel choose_kernel(const struct pel_raycaster *rc)
     default:
         return k->projection;
     }
-}
-
-/* Octants of directions (distance_map.h) into which rays go. A component of the direction is linear over the picture, so its signs are those at the corners; lanes beyond the edge count
- * too, and 0 goes with both. */
-static unsigned octants(const struct pel_job *job)
-{
-    unsigned set = 0xff;
-    for (int a = 0; a < 3; a++) {
-        double least = INFINITY, most = -INFINITY;
-        for (int corner = 0; corner < 4; corner++) {
-            double d = job->d0[a] + (corner & 1 ? job->width + 3 : 0) * job->dx[a] + (corner & 2 ? job->height + 3 : 0) * job->dy[a];
-            least = fmin(least, d);
-            most = fmax(most, d);
-        }
-        static const unsigned upward[3] = { 0x55, 0x33, 0x0f }; /* octants with the axis' bit clear */
-        if (least > 1e-9)
-            set &= upward[a];
-        if (most < -1e-9)
-            set &= ~upward[a];
-    }
-    return set;
 }
 
 struct drawing {
@@ -275,7 +224,7 @@ bool pel_raycaster_aim(struct pel_raycaster *rc, const struct pel_scene *scene, 
 {
     struct pel_job *job = &rc->job;
     pel_rays_setup(job, scene, width, height);
-    settings(rc, scene);
+    job->skip &= !pel_mode_has_map(job->mode) || rc->state.map_bytes > 0;
     job->spans = NULL;
     job->looks = false;
     if (!pel_mode_has_map(job->mode) || !job->skip)
@@ -283,7 +232,7 @@ bool pel_raycaster_aim(struct pel_raycaster *rc, const struct pel_scene *scene, 
     bool surface = job->mode == PEL_MODE_ISOSURFACE && !job->voids;
     return pel_spans_build(&rc->spans, scene, rc->minmax.cells.dims, rc->state.visible_cells, surface ? rc->kernels[rc->kind]->project_surface : NULL,
                            rc->threads, job, error) &&
-           (!job->looks || pel_classify_octants(&rc->state, octants(job), rc->threads, error));
+           (!job->looks || pel_classify_octants(&rc->state, pel_rays_octants(job), rc->threads, error));
 }
 
 bool pel_raycaster_draw(struct pel_raycaster *rc, const struct pel_scene *scene, const struct pel_progress *progress, struct pel_image *image,

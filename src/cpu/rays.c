@@ -120,6 +120,58 @@ static void optics(struct pel_job *job, const struct pel_scene *scene, const dou
     }
 }
 
+/* What the scene's settings say, but for classification (classify.c). */
+static void settings(struct pel_job *job, const struct pel_scene *scene)
+{
+    const struct pel_render_settings *s = &scene->render;
+    job->step = s->step * pel_volume_least_spacing(scene->volume);
+    job->steps_a_voxel = (float)(1 / s->step);
+    job->jitter = s->jitter;
+    job->classification = s->classification;
+    job->nearest = s->mode != PEL_MODE_ISOSURFACE && (s->reconstruction == PEL_RECONSTRUCTION_NEAREST ||
+                                                      (s->reconstruction == PEL_RECONSTRUCTION_AUTO && scene->volume->labels));
+    job->shade = s->shade;
+    job->invert = s->invert;
+    job->termination = s->termination < 1 ? (float)s->termination : 2; /* 2 is never reached */
+    job->ambient = (float)s->ambient;
+    job->diffuse = (float)s->diffuse;
+    job->specular = (float)s->specular;
+    job->power = (float)s->specular_power;
+    for (int c = 0; c < 3; c++) {
+        job->all_diffuse[c] = job->all_specular[c] = 0;
+        for (int l = 0; l < job->light_count; l++) {
+            job->all_diffuse[c] += job->diffuse * job->lights[l].color[c];
+            job->all_specular[c] += job->specular * job->lights[l].color[c];
+        }
+    }
+    double longest = 0; /* voxels a step, along any axis */
+    for (int a = 0; a < 3; a++)
+        longest = fmax(longest, job->step / scene->volume->spacing[a]);
+    /* Values at segment ends tell of the segment only where the two ends' cells touch. */
+    job->skip = s->skip && !(longest > PEL_CELL_SIZE * 0.5 && (s->mode == PEL_MODE_ISOSURFACE || s->classification == PEL_CLASSIFICATION_PREINTEGRATED));
+}
+
+/* Octants of directions (distance_map.h) into which rays go. A component of the direction is linear over the picture, so its signs are those at the corners; lanes beyond the edge count
+ * too, and 0 goes with both. */
+unsigned pel_rays_octants(const struct pel_job *job)
+{
+    unsigned set = 0xff;
+    for (int a = 0; a < 3; a++) {
+        double least = INFINITY, most = -INFINITY;
+        for (int corner = 0; corner < 4; corner++) {
+            double d = job->d0[a] + (corner & 1 ? job->width + 3 : 0) * job->dx[a] + (corner & 2 ? job->height + 3 : 0) * job->dy[a];
+            least = fmin(least, d);
+            most = fmax(most, d);
+        }
+        static const unsigned upward[3] = { 0x55, 0x33, 0x0f }; /* octants with the axis' bit clear */
+        if (least > 1e-9)
+            set &= upward[a];
+        if (most < -1e-9)
+            set &= ~upward[a];
+    }
+    return set;
+}
+
 void pel_rays_setup(struct pel_job *job, const struct pel_scene *scene, int width, int height)
 {
     const struct pel_volume *v = scene->volume;
@@ -130,10 +182,8 @@ void pel_rays_setup(struct pel_job *job, const struct pel_scene *scene, int widt
     pel_invert3((const double(*)[3])to_world, to_index);
     job->width = width;
     job->height = height;
-    job->step = scene->render.step * pel_volume_least_spacing(v);
-    job->steps_a_voxel = (float)(1 / scene->render.step);
-    job->jitter = scene->render.jitter;
     clipping(job, scene, (const double(*)[3])to_world);
     rays(job, scene, (const double(*)[3])to_index);
     optics(job, scene, (const double(*)[3])to_world, (const double(*)[3])to_index);
+    settings(job, scene);
 }

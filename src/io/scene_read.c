@@ -317,12 +317,33 @@ static bool read_short_text(struct reading *r, const json_t *value, void *out)
     return pel_json_text(value, out, sizeof((struct pel_source *)0)->array, r->error);
 }
 
+static bool read_source_spacing(struct reading *r, const json_t *value, void *object)
+{
+    struct pel_source *source = object;
+    if (!read_vector(r, value, source->spacing))
+        return false;
+    for (int i = 0; i < 3; i++)
+        if (!(source->spacing[i] >= 1e-30 && source->spacing[i] <= 1e30))
+            return pel_fail(r->error, PEL_ERROR_FORMAT, "%g is not a spacing; it must be greater than 0", source->spacing[i]);
+    source->has_spacing = true;
+    return true;
+}
+
+static bool read_source_void(struct reading *r, const json_t *value, void *object)
+{
+    struct pel_source *source = object;
+    source->has_void = true;
+    return read_number(r, value, &source->void_value);
+}
+
 static bool read_source(struct reading *r, const json_t *value, void *object)
 {
     static const struct key keys[] = {
         { "path", read_path, offsetof(struct pel_source, path) },
         { "array", read_short_text, offsetof(struct pel_source, array) },
         { "raw", read_short_text, offsetof(struct pel_source, raw) },
+        { "spacing", read_source_spacing, 0 },
+        { "void", read_source_void, 0 },
         { NULL },
     };
     *(struct pel_source *)object = (struct pel_source) { .path = "" };

@@ -119,6 +119,10 @@ static json_t *source(struct writing *w, const struct pel_source *s, const char 
         put(w, json, "array", json_string(s->array));
     if (s->raw[0])
         put(w, json, "raw", json_string(s->raw));
+    if (s->has_spacing)
+        put(w, json, "spacing", numbers(w, s->spacing, 3));
+    if (s->has_void)
+        put(w, json, "void", json_real(s->void_value));
     return json;
 }
 

@@ -95,7 +95,7 @@ with Folder() as folder:
               "slice default": ["--mode", "slice"], "mip": ["--mode", "mip"], "xray": ["--mode", "xray", "--invert"],
               "moves": ["--azimuth", "33", "--elevation", "21", "--roll", "7", "--zoom", "1.7"], "parallel": ["--parallel", "--zoom", "1.1"],
               "clip": ["--clip-plane", "0,0,0,1,0,0", "--clip-plane", "0,0,0,0,1,0", "--clip-box=-9,9,-9,9,-9,0.5"],
-              "lights": ["--light", "1,0,0", "--light", "0,-1,1", "--background", "0.2,0.3,0.4"], "labels": ["--labels"], "no labels": ["--no-labels"],
+              "lights": ["--light", "1,0,0", "--light", "0,-1,1", "--background", "0.2,0.3,0.4"], "labels": ["--labels"], "spacing": ["--spacing", "1,2,3"], "void": ["--void", "0"], "no labels": ["--no-labels"],
               "optics": ["--step", "0.8", "--jitter", "--termination", "0.9", "--no-shade", "--linear-light", "--classification", "preintegrated"]}
     for name, words in SCENES.items():
         fine("save " + name, *base, "-o", one, "--save-scene", folder / "s.json", *words)

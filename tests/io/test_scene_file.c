@@ -124,6 +124,9 @@ static void round_trip(void **state)
     fill(&scene);
     snprintf(scene.source.array, sizeof scene.source.array, "velocity \"x\"");
     snprintf(scene.source.raw, sizeof scene.source.raw, "4x4x4:u8");
+    scene.source.has_spacing = scene.source.has_void = true;
+    memcpy(scene.source.spacing, (double[3]) { 1, 0.3, 1e-9 }, sizeof scene.source.spacing);
+    scene.source.void_value = -32768;
     snprintf(scene.source.path, sizeof scene.source.path, "%s", scratch("volume \\ \u00e9.raw"));
     write_text(scene.source.path, "x");
     if (!pel_write_scene(scratch("a.json"), &scene, &error))
@@ -133,6 +136,8 @@ static void round_trip(void **state)
     expect_same_scene(&scene, &back);
     assert_string_equal(back.source.array, scene.source.array);
     assert_string_equal(back.source.raw, scene.source.raw);
+    assert_true(back.source.has_spacing && back.source.has_void && back.source.void_value == -32768);
+    assert_memory_equal(back.source.spacing, scene.source.spacing, sizeof scene.source.spacing);
     assert_true(has.transfer && has.colors && has.opacities && has.unit_distance && has.camera && has.isosurfaces && has.slice);
     assert_int_equal(access(back.source.path, R_OK), 0);
     pel_scene_finish(&back);
@@ -227,6 +232,8 @@ static const struct {
 } bad[] = {
     { "", "" },
     { "[]", "expected an object" },
+    { "{\"volume\": {\"spacing\": [1, 0, 1]}}", "volume.spacing: " },
+    { "{\"volume\": {\"void\": \"none\"}}", "volume.void: " },
     { "{\"camera\": 3}", "camera: " },
     { "{\"camera\": {\"camera-view-angle\": \"wide\"}}", "camera.camera-view-angle: " },
     { "{\"camera\": {\"camera-view-angle\": 300}}", "camera.camera-view-angle: " },
