@@ -5,6 +5,7 @@
 
 #include <pellucid/camera.h>
 #include <pellucid/dataset.h>
+#include <pellucid/device.h>
 #include <pellucid/error.h>
 #include <pellucid/image.h>
 #include <pellucid/io.h>

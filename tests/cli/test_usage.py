@@ -6,7 +6,7 @@ import subprocess
 
 from harness import DATA, SOURCE, TOOL, Folder, check, fails, fine, finish, read, run, skip, write
 
-COMMANDS = ["info", "render", "convert", "compare", "make", "bench", "techniques", "formats", "options", "completion", "man"]
+COMMANDS = ["info", "render", "convert", "compare", "make", "bench", "techniques", "devices", "formats", "options", "completion", "man"]
 
 overview = run()
 check(overview.status == 2 and not overview.out and "Commands:" in overview.err, "no command: the overview on stderr, status 2", overview)

@@ -1,0 +1,182 @@
+/* SPDX-License-Identifier: MIT */
+/* Programs, compiled or taken from the cache. The cache is a folder of files, each named by a hash of driver and text, with a checksum before the binary; a file is written under another name
+ * and renamed, so that runs side by side see whole files or none. Whatever is wrong with it, the program is compiled. */
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include "fail.h"
+#include "objects.h"
+#include "shader_source.h"
+
+struct cached {
+    char magic[8];
+    uint32_t format, length;
+    uint64_t checksum; /* of the bytes that follow */
+};
+static const char cache_magic[8] = "PELPROG1";
+
+static uint64_t hash(uint64_t h, const void *data, size_t size)
+{
+    const unsigned char *bytes = data; /* FNV-1a */
+    for (size_t i = 0; i < size; i++)
+        h = (h ^ bytes[i]) * 0x100000001b3u;
+    return h;
+}
+
+#define HASH_START 0xcbf29ce484222325u
+
+/* Path of the program's file in the cache, its folders made; false where there is no place for a cache. */
+static bool cache_path(const char *text, char path[1024])
+{
+    const char *cache = getenv("XDG_CACHE_HOME"), *home = getenv("HOME");
+    int length;
+    if (cache && cache[0] == '/')
+        length = snprintf(path, 900, "%s/pellucid", cache);
+    else if (home && home[0] == '/')
+        length = snprintf(path, 900, "%s/.cache/pellucid", home);
+    else
+        return false;
+    if (length >= 900)
+        return false;
+    for (char *slash = path; (slash = strchr(slash + 1, '/'));) {
+        *slash = 0;
+        mkdir(path, 0777);
+        *slash = '/';
+    }
+    if (mkdir(path, 0777) && access(path, W_OK | X_OK))
+        return false;
+    static const GLenum names[] = { GL_VENDOR, GL_RENDERER, GL_VERSION };
+    uint64_t h = hash(HASH_START, text, strlen(text) + 1);
+    for (int i = 0; i < 3; i++) {
+        const char *word = (const char *)glGetString(names[i]);
+        h = hash(h, word ? word : "", word ? strlen(word) + 1 : 1);
+    }
+    snprintf(path + length, 64, "/%016llx.bin", (unsigned long long)h);
+    return true;
+}
+
+static bool linked(GLuint program)
+{
+    GLint ok = 0;
+    glGetProgramiv(program, GL_LINK_STATUS, &ok);
+    return ok;
+}
+
+static bool load_cached(GLuint program, const char *path)
+{
+    struct cached head;
+    FILE *file = fopen(path, "rb");
+    if (!file)
+        return false;
+    char *binary = NULL;
+    bool ok = fread(&head, sizeof head, 1, file) == 1 && !memcmp(head.magic, cache_magic, sizeof head.magic) && head.length > 0 &&
+              head.length <= (uint32_t)64 << 20;
+    if (ok) {
+        binary = malloc(head.length);
+        ok = binary && fread(binary, 1, head.length, file) == head.length && fgetc(file) == EOF && hash(HASH_START, binary, head.length) == head.checksum;
+    }
+    fclose(file);
+    if (ok) {
+        glProgramBinary(program, head.format, binary, (GLsizei)head.length);
+        ok = glGetError() == GL_NO_ERROR && linked(program);
+    }
+    free(binary);
+    return ok;
+}
+
+static void save_cached(GLuint program, const char *path)
+{
+    GLint length = 0, formats = 0;
+    glGetIntegerv(GL_NUM_PROGRAM_BINARY_FORMATS, &formats);
+    glGetProgramiv(program, GL_PROGRAM_BINARY_LENGTH, &length);
+    char *binary = formats > 0 && length > 0 ? malloc((size_t)length) : NULL;
+    if (!binary)
+        return;
+    GLenum format = 0;
+    GLsizei got = 0;
+    glGetProgramBinary(program, length, &got, &format, binary);
+    char other[1100];
+    snprintf(other, sizeof other, "%s.%ld", path, (long)getpid());
+    FILE *file = got > 0 ? fopen(other, "wb") : NULL;
+    if (file) {
+        struct cached head = { .format = format, .length = (uint32_t)got, .checksum = hash(HASH_START, binary, (size_t)got) };
+        memcpy(head.magic, cache_magic, sizeof head.magic);
+        bool ok = fwrite(&head, sizeof head, 1, file) == 1 && fwrite(binary, 1, (size_t)got, file) == (size_t)got;
+        ok &= fclose(file) == 0;
+        if (!ok || rename(other, path))
+            unlink(other);
+    }
+    free(binary);
+}
+
+/* The compiler's or linker's words, one line, file names in place of numbers. */
+static void fail_with_log(GLuint object, bool is_program, const char *file, struct pel_error *error)
+{
+    char log[1024] = "", named[400];
+    if (is_program)
+        glGetProgramInfoLog(object, sizeof log, NULL, log);
+    else
+        glGetShaderInfoLog(object, sizeof log, NULL, log);
+    pel_shader_name_lines(log, named, sizeof named);
+    for (char *c = named; *c; c++)
+        if (*c == '\n')
+            *c = c[1] ? ';' : 0;
+    pel_fail(error, PEL_ERROR_UNSUPPORTED, "%s: the driver refuses the shader: %s", file, named);
+}
+
+static bool compile(GLuint program, const char *file, const char *text, struct pel_error *error)
+{
+    GLuint shader = glCreateShader(GL_COMPUTE_SHADER);
+    GLint ok = 0;
+    glShaderSource(shader, 1, &text, NULL);
+    glCompileShader(shader);
+    glGetShaderiv(shader, GL_COMPILE_STATUS, &ok);
+    if (ok) {
+        glProgramParameteri(program, GL_PROGRAM_BINARY_RETRIEVABLE_HINT, GL_TRUE);
+        glAttachShader(program, shader);
+        glLinkProgram(program);
+        glDetachShader(program, shader);
+        if (!linked(program)) {
+            fail_with_log(program, true, file, error);
+            ok = false;
+        }
+    } else {
+        fail_with_log(shader, false, file, error);
+    }
+    glDeleteShader(shader);
+    return ok;
+}
+
+GLuint pel_program_create(struct pel_device *device, const char *file, const char *defines, struct pel_error *error)
+{
+    char path[1024];
+    char *text = pel_shader_compose(file, defines, error);
+    if (!text)
+        return 0;
+    GLuint program = glCreateProgram();
+    bool cache = cache_path(text, path);
+    bool ok = cache && load_cached(program, path);
+    if (!ok) {
+        ok = compile(program, file, text, error);
+        if (ok && cache)
+            save_cached(program, path);
+    }
+    free(text);
+    if (ok && pel_device_check(device, file, error)) {
+        device->objects++;
+        return program;
+    }
+    glDeleteProgram(program);
+    return 0;
+}
+
+void pel_program_destroy(struct pel_device *device, GLuint program)
+{
+    if (!program)
+        return;
+    glDeleteProgram(program);
+    device->objects--;
+}

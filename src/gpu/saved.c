@@ -1,0 +1,128 @@
+/* SPDX-License-Identifier: MIT */
+/* A host program's state, kept through our passes: what they bind, and what would mislead them. Some 250 queries, which no driver sends to the GPU. */
+#include "device_gl.h"
+
+static const struct {
+    GLenum target, binding;
+} targets[PEL_SAVED_TARGETS] = {
+    { GL_TEXTURE_1D, GL_TEXTURE_BINDING_1D },
+    { GL_TEXTURE_2D, GL_TEXTURE_BINDING_2D },
+    { GL_TEXTURE_3D, GL_TEXTURE_BINDING_3D },
+    { GL_TEXTURE_2D_ARRAY, GL_TEXTURE_BINDING_2D_ARRAY },
+    { GL_TEXTURE_BUFFER, GL_TEXTURE_BINDING_BUFFER },
+};
+
+static const struct {
+    GLenum name;
+    GLint ours;
+} stores[PEL_SAVED_STORES] = {
+    { GL_UNPACK_ALIGNMENT, 1 }, { GL_UNPACK_ROW_LENGTH, 0 },  { GL_UNPACK_IMAGE_HEIGHT, 0 }, { GL_UNPACK_SKIP_PIXELS, 0 },
+    { GL_UNPACK_SKIP_ROWS, 0 }, { GL_UNPACK_SKIP_IMAGES, 0 }, { GL_UNPACK_SWAP_BYTES, 0 },   { GL_UNPACK_LSB_FIRST, 0 },
+    { GL_PACK_ALIGNMENT, 1 },   { GL_PACK_ROW_LENGTH, 0 },    { GL_PACK_IMAGE_HEIGHT, 0 },   { GL_PACK_SKIP_PIXELS, 0 },
+    { GL_PACK_SKIP_ROWS, 0 },   { GL_PACK_SKIP_IMAGES, 0 },   { GL_PACK_SWAP_BYTES, 0 },     { GL_PACK_LSB_FIRST, 0 },
+};
+
+/* How many of `count` bindings the driver has. */
+static int have(GLenum limit, int count)
+{
+    GLint most = 0;
+    glGetIntegerv(limit, &most);
+    return most < count ? most : count;
+}
+
+static void save_ranges(struct pel_gl_saved_range *ranges, int count, GLenum name, GLenum start, GLenum size)
+{
+    for (int i = 0; i < count; i++) {
+        glGetIntegeri_v(name, (GLuint)i, &ranges[i].name);
+        glGetInteger64i_v(start, (GLuint)i, &ranges[i].start);
+        glGetInteger64i_v(size, (GLuint)i, &ranges[i].size);
+    }
+}
+
+static void restore_ranges(const struct pel_gl_saved_range *ranges, int count, GLenum target)
+{
+    for (int i = 0; i < count; i++) {
+        if (ranges[i].name && ranges[i].size > 0)
+            glBindBufferRange(target, (GLuint)i, (GLuint)ranges[i].name, (GLintptr)ranges[i].start, (GLsizeiptr)ranges[i].size);
+        else
+            glBindBufferBase(target, (GLuint)i, (GLuint)ranges[i].name);
+    }
+}
+
+static void save_textures(struct pel_gl_saved *saved)
+{
+    for (int unit = 0; unit < PEL_SAVED_UNITS; unit++) {
+        glActiveTexture(GL_TEXTURE0 + (GLenum)unit);
+        for (int t = 0; t < PEL_SAVED_TARGETS; t++)
+            glGetIntegerv(targets[t].binding, &saved->textures[unit][t]);
+        glGetIntegerv(GL_SAMPLER_BINDING, &saved->samplers[unit]);
+        glBindSampler((GLuint)unit, 0);
+    }
+    int images = have(GL_MAX_IMAGE_UNITS, PEL_SAVED_IMAGES);
+    for (int i = 0; i < images; i++) {
+        glGetIntegeri_v(GL_IMAGE_BINDING_NAME, (GLuint)i, &saved->images[i].name);
+        glGetIntegeri_v(GL_IMAGE_BINDING_LEVEL, (GLuint)i, &saved->images[i].level);
+        glGetIntegeri_v(GL_IMAGE_BINDING_LAYERED, (GLuint)i, &saved->images[i].layered);
+        glGetIntegeri_v(GL_IMAGE_BINDING_LAYER, (GLuint)i, &saved->images[i].layer);
+        glGetIntegeri_v(GL_IMAGE_BINDING_ACCESS, (GLuint)i, &saved->images[i].access);
+        glGetIntegeri_v(GL_IMAGE_BINDING_FORMAT, (GLuint)i, &saved->images[i].format);
+    }
+}
+
+static void restore_textures(const struct pel_gl_saved *saved)
+{
+    for (int unit = 0; unit < PEL_SAVED_UNITS; unit++) {
+        glActiveTexture(GL_TEXTURE0 + (GLenum)unit);
+        for (int t = 0; t < PEL_SAVED_TARGETS; t++)
+            glBindTexture(targets[t].target, (GLuint)saved->textures[unit][t]);
+        glBindSampler((GLuint)unit, (GLuint)saved->samplers[unit]);
+    }
+    int images = have(GL_MAX_IMAGE_UNITS, PEL_SAVED_IMAGES);
+    for (int i = 0; i < images; i++)
+        glBindImageTexture((GLuint)i, (GLuint)saved->images[i].name, saved->images[i].level, saved->images[i].layered != 0, saved->images[i].layer,
+                           (GLenum)saved->images[i].access, (GLenum)saved->images[i].format);
+}
+
+void pel_gl_save(struct pel_gl_saved *saved)
+{
+    *saved = (struct pel_gl_saved){ 0 };
+    glGetIntegerv(GL_CURRENT_PROGRAM, &saved->program);
+    glGetIntegerv(GL_ACTIVE_TEXTURE, &saved->active_texture);
+    glGetIntegerv(GL_VERTEX_ARRAY_BINDING, &saved->vertex_array);
+    glGetIntegerv(GL_DRAW_FRAMEBUFFER_BINDING, &saved->draw_framebuffer);
+    glGetIntegerv(GL_READ_FRAMEBUFFER_BINDING, &saved->read_framebuffer);
+    glGetIntegerv(GL_VIEWPORT, saved->viewport);
+    glGetIntegerv(GL_PIXEL_PACK_BUFFER_BINDING, &saved->pack_buffer);
+    glGetIntegerv(GL_PIXEL_UNPACK_BUFFER_BINDING, &saved->unpack_buffer);
+    glGetIntegerv(GL_SHADER_STORAGE_BUFFER_BINDING, &saved->storage_buffer);
+    glGetIntegerv(GL_UNIFORM_BUFFER_BINDING, &saved->uniform_buffer);
+    save_ranges(saved->storage, have(GL_MAX_SHADER_STORAGE_BUFFER_BINDINGS, PEL_SAVED_BUFFERS), GL_SHADER_STORAGE_BUFFER_BINDING,
+                GL_SHADER_STORAGE_BUFFER_START, GL_SHADER_STORAGE_BUFFER_SIZE);
+    save_ranges(saved->uniform, PEL_SAVED_BUFFERS, GL_UNIFORM_BUFFER_BINDING, GL_UNIFORM_BUFFER_START, GL_UNIFORM_BUFFER_SIZE);
+    save_textures(saved);
+    for (int i = 0; i < PEL_SAVED_STORES; i++) {
+        glGetIntegerv(stores[i].name, &saved->stores[i]);
+        glPixelStorei(stores[i].name, stores[i].ours);
+    }
+    glBindBuffer(GL_PIXEL_PACK_BUFFER, 0);
+    glBindBuffer(GL_PIXEL_UNPACK_BUFFER, 0);
+}
+
+void pel_gl_restore(const struct pel_gl_saved *saved)
+{
+    for (int i = 0; i < PEL_SAVED_STORES; i++)
+        glPixelStorei(stores[i].name, saved->stores[i]);
+    restore_textures(saved);
+    restore_ranges(saved->storage, have(GL_MAX_SHADER_STORAGE_BUFFER_BINDINGS, PEL_SAVED_BUFFERS), GL_SHADER_STORAGE_BUFFER);
+    restore_ranges(saved->uniform, PEL_SAVED_BUFFERS, GL_UNIFORM_BUFFER);
+    glBindBuffer(GL_UNIFORM_BUFFER, (GLuint)saved->uniform_buffer);
+    glBindBuffer(GL_SHADER_STORAGE_BUFFER, (GLuint)saved->storage_buffer);
+    glBindBuffer(GL_PIXEL_PACK_BUFFER, (GLuint)saved->pack_buffer);
+    glBindBuffer(GL_PIXEL_UNPACK_BUFFER, (GLuint)saved->unpack_buffer);
+    glBindFramebuffer(GL_DRAW_FRAMEBUFFER, (GLuint)saved->draw_framebuffer);
+    glBindFramebuffer(GL_READ_FRAMEBUFFER, (GLuint)saved->read_framebuffer);
+    glViewport(saved->viewport[0], saved->viewport[1], saved->viewport[2], saved->viewport[3]);
+    glBindVertexArray((GLuint)saved->vertex_array);
+    glActiveTexture((GLenum)saved->active_texture);
+    glUseProgram((GLuint)saved->program);
+}
