@@ -27,7 +27,7 @@ static const struct pel_option rows[] = {
       DBL_MAX, NULL, NULL, "data values" },
     { "space", "Space", "What the world axes shall mean: the placement is turned, the samples stay", PEL_OPTION_CHOICE, FIELD(space), 0, 0, "keep",
       space_names, NULL },
-    { "spacing", "Spacing", "Distance between samples along each axis, in place of the file's", PEL_OPTION_VEC3, FIELD(spacing), 1e-30, 1e30, NULL, NULL,
+    { "spacing", "Spacing", "Distance between samples along each axis, in place of the file's", PEL_OPTION_VEC3, FIELD(spacing), PEL_LEAST_SPACING, PEL_MOST_SPACING, NULL, NULL,
       "world" },
     { "magnitude", "Magnitude", "Write the length of each vector", PEL_OPTION_BOOL, FIELD(magnitude), 0, 0, "false", NULL, NULL },
     { "array", "Array", "Which array of a file that holds several", PEL_OPTION_TEXT, FIELD(array), 0, 0, NULL, NULL, NULL },
@@ -150,22 +150,28 @@ static bool convert_type(struct pel_volume *volume, enum pel_type type, const do
     to.data = NULL;
     if (!pel_volume_allocate(&to, volume->dims, type, volume->components, error))
         return false;
-    size_t count = pel_volume_samples(volume) * (size_t)volume->components;
-    struct losses stretched = { 0 };
-    for (size_t i = 0; i < count; i++) {
+    size_t count = pel_volume_samples(volume) * (size_t)volume->components, mistaken = 0;
+    struct losses stretched = { 0 }, none = { 0 };
+    to.void_value = fit(volume->void_value, limits, whole, &none);
+    bool keeps = !volume->has_void || isnan(volume->void_value) || !(none.clamped + none.rounded);
+    for (size_t i = 0; keeps && i < count; i++) {
         double value = number_at(volume->data, volume->type, i);
-        /* Rounding and clamping are what a stretch is for. */
-        if (value == value && volume->has_void && value == volume->void_value)
-            value = fit(value, limits, whole, losses);
-        else
+        if (value == value && pel_volume_is_void(volume, value)) {
+            value = to.void_value;
+        } else { /* rounding and clamping are what a stretch is for */
             value = fit(value * scale + offset, limits, whole, range ? &stretched : losses);
+            mistaken += volume->has_void && pel_volume_is_void(&to, type == PEL_F32 ? (double)(float)value : value) && value == value;
+        }
         number_put(to.data, type, i, value);
+    }
+    if (!keeps || mistaken) {
+        pel_volume_finish(&to);
+        return keeps ? tool_fail(error, PEL_ERROR_UNSUPPORTED, "%zu samples would become %g, which stands for no data; choose another --type or --range", mistaken, volume->void_value)
+                     : tool_fail(error, PEL_ERROR_UNSUPPORTED, "%s cannot hold %g, which stands for no data; choose another --type", pel_type_name(type), volume->void_value);
     }
     losses->nans += stretched.nans;
     pel_volume_finish(volume);
     *volume = to;
-    if (volume->has_void)
-        volume->void_value = fit(volume->void_value, limits, whole, &stretched);
     pel_volume_update_range(volume);
     return true;
 }

@@ -16,7 +16,7 @@ const struct pel_option input_rows[] = {
     { "array", "Array", "Which array of a file that holds several", PEL_OPTION_TEXT, FIELD(array), NO_LIMITS, NULL, NULL, NULL },
     { "raw", "Raw layout", "Read raw samples of this layout: 256x256x256:u8, 64x64x64:f32:be+1024 (skips 1024 bytes)", PEL_OPTION_TEXT, FIELD(raw),
       NO_LIMITS, NULL, NULL, NULL },
-    { "spacing", "Spacing", "Distance between samples along each axis, in place of the file's", PEL_OPTION_VEC3, FIELD(spacing), 1e-30, 1e30, NULL, NULL,
+    { "spacing", "Spacing", "Distance between samples along each axis, in place of the file's", PEL_OPTION_VEC3, FIELD(spacing), PEL_LEAST_SPACING, PEL_MOST_SPACING, NULL, NULL,
       "world" },
     { "void", "Void value", "Samples with this value stand for no data", PEL_OPTION_DOUBLE, FIELD(void_value), ANY, NULL, NULL, "data value" },
     { "labels", "Labels", "The values name things: do not interpolate between them (by default found out from the data)", PEL_OPTION_BOOL,

@@ -86,14 +86,7 @@ static bool choose_technique(struct loaded_scene *loaded, const struct scene_arg
 static void adjust_volume(struct loaded_scene *loaded, const struct arguments *arguments, const struct scene_arguments *values)
 {
     struct pel_volume *volume = &loaded->volume;
-    const struct pel_source *source = &loaded->scene.source;
-    if (source->has_spacing)
-        memcpy(volume->spacing, source->spacing, sizeof volume->spacing);
-    if (source->has_void) {
-        volume->has_void = true;
-        volume->void_value = source->void_value;
-        pel_volume_update_range(volume);
-    }
+    pel_source_apply(&loaded->scene.source, volume);
     if (arguments_given(arguments, "labels")) {
         volume->labels = values->labels;
         /* Said in the scene too, so that it survives in a scene file. */
@@ -140,7 +133,7 @@ static bool find_source(struct pel_source *source, const struct arguments *argum
         if (strlen(path) >= sizeof source->path)
             return tool_fail(error, PEL_ERROR_ARGUMENT, "the file's path is longer than %zu bytes", sizeof source->path - 1);
         /* Another file than the scene's: what the scene says of it does not apply. */
-        if (strcmp(source->path, path) != 0)
+        if (strcmp(source->path, path) != 0 && !tool_same_file(source->path, path))
             *source = (struct pel_source) { .has_void = false };
         strcpy(source->path, path);
     }

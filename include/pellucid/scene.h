@@ -73,16 +73,21 @@ struct pel_plane {
 #define PEL_MAX_ISOSURFACES 16
 #define PEL_MAX_LIGHTS 4
 
-/* Where the volume came from and what is known better than its file says, so that a scene file can tell. Paths in a scene file are relative to it. Drawing does not look here: who reads the volume
- * applies it. */
+/* Where the volume came from and what is known better than its file says, so that a scene file can tell. Paths in a scene file are relative to it. Drawing does not look here: after
+ * reading the volume, apply it. */
 struct pel_source {
     char path[PEL_OPTION_TEXT_SIZE];
     char array[128]; /* which array of a file with several, or "" */
     char raw[128];   /* layout of a raw file (see pel_read_params), or "" */
     bool has_spacing, has_void;
-    double spacing[3]; /* in place of the file's: > 0 */
+    double spacing[3]; /* in place of the file's: PEL_LEAST_SPACING to PEL_MOST_SPACING */
     double void_value; /* samples with this value stand for no data; finite */
 };
+#define PEL_LEAST_SPACING 1e-30
+#define PEL_MOST_SPACING 1e30
+
+/* Gives a volume that was read from the source what the source knows better: spacing, void value (and with it a new range). */
+void pel_source_apply(const struct pel_source *source, struct pel_volume *volume);
 
 struct pel_scene {
     const struct pel_volume *volume; /* borrowed; must outlive every draw. One component */

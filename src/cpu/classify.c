@@ -151,7 +151,7 @@ static bool mark_cells(struct pel_classification_state *s, const struct pel_minm
     }
     memcpy(s->cell_dims, dims, sizeof s->cell_dims);
     s->octants = 0;
-    size_t *visible = pel_alloc(dims[2], sizeof *visible, "distance map", error);
+    size_t *visible = pel_alloc(dims[2], sizeof *visible, "counts of visible cells", error);
     if (!visible)
         return false;
     struct marking m = { s, minmax, job, raw, least, most, visible };

@@ -39,7 +39,7 @@ PEL_INLINE vf bilerp(vf v00, vf v10, vf v01, vf v11, vf fy, vf fz)
 
 PEL_INLINE vi x_weights(vf fx)
 {
-    vi w = vf_to_vi(fx * 16384.0f + 0.5f);
+    vi w = vi_min(vf_to_vi(fx * 16384.0f + 0.5f), vi_set(16384)); /* a place on the last voxel may be rounded beyond it */
     return (w << 16) | (16384 - w);
 }
 

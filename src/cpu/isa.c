@@ -64,6 +64,8 @@ static const struct isa {
 
 bool pel_kernels_find(const char *wanted, const struct pel_kernels *kernels[PEL_KERNEL_KINDS], const char **name, struct pel_error *error)
 {
+    if (wanted && !wanted[0])
+        wanted = NULL;
     char known[128] = "";
     for (size_t i = 0; i < sizeof isas / sizeof *isas; i++) {
         bool runs = isas[i].runs_here();

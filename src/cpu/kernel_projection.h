@@ -35,8 +35,8 @@ PEL_INLINE vf cell_exit(const struct packet *r, const struct spot *s, int shift)
 {
     vi here = vi_set(0);
     float size = (float)(1 << shift);
-    return vf_min(vf_min(axis_exit(s->x >> shift, here, size, r->ox, r->dx, r->ix), axis_exit(s->y >> shift, here, size, r->oy, r->dy, r->iy)),
-                  axis_exit(s->z >> shift, here, size, r->oz, r->dz, r->iz));
+    return vf_min(vf_min(axis_exit(s->x >> shift, here, size, r->ox, r->ix), axis_exit(s->y >> shift, here, size, r->oy, r->iy)),
+                  axis_exit(s->z >> shift, here, size, r->oz, r->iz));
 }
 
 /* First sample behind such an end that some live lane has to look at. */
@@ -127,11 +127,12 @@ PEL_INLINE void sum_up(const struct pel_job *job, struct packet *r, bool xray, s
         vf value = xray ? vf_gather(job->tau, table_entry(job, raw)) : raw;
         if (xray)
             good &= value > 0; /* nothing is added where nothing absorbs, so that leaving it out changes no bit */
-        total = vf_select(good, add_exactly(total, value * length, &lost), total);
-        lost = vf_select(good, lost, vf_set(0));
+        vf still_lost = lost, still_lost_weight = lost_weight;
+        total = vf_select(good, add_exactly(total, value * length, &still_lost), total);
+        lost = vf_select(good, still_lost, lost);
         if (!xray)
-            weight = vf_select(good, add_exactly(weight, length, &lost_weight), weight);
-        lost_weight = vf_select(good, lost_weight, vf_set(0));
+            weight = vf_select(good, add_exactly(weight, length, &still_lost_weight), weight);
+        lost_weight = vf_select(good, still_lost_weight, lost_weight);
     }
     if (xray) {
         vf alpha = 1 - vf_exp(-total), bright = job->invert ? alpha : vf_set(0);
@@ -160,7 +161,7 @@ PEL_INLINE void slice(const struct pel_job *job, const struct packet *r, struct 
     vf from, along;
     memcpy(&from, value, sizeof from);
     memcpy(&along, slope, sizeof along);
-    vi across = vf_abs(along) > 1e-12f;
+    vi across = vf_abs(along) > (float)(1e-9 * job->step); /* world lengths a step */
     vf at = -from / vf_select(across, along, vf_set(1));
     vi meets = (r->n > 0) & across & (at >= -1e-4f) & (at <= vi_to_vf(r->n - 1) + r->fraction + 1e-4f);
     vf place = vf_select(meets, vf_max(vf_min(at, vi_to_vf(r->n - 1) + r->fraction), vf_set(0)), vf_set(0));

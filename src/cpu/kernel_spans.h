@@ -42,10 +42,12 @@ struct covered {
     int32_t first[CELL_VOXELS], last[CELL_VOXELS];
 };
 
+/* Held to the picture before they become whole numbers; what is no number covers all. */
 PEL_INLINE void cover(struct covered *c, int part, vf first, vf last, int count, int shift)
 {
-    vi a = vf_to_vi(vf_max(first, vf_set(0))) >> shift, b = vf_to_vi(vf_max(last, vf_set(-1))) >> shift; /* -1: before the picture */
-    b = vi_select(last < 0, vi_set(-1), vi_min(b, vi_set(count - 1)));
+    vf end = vf_set((float)(count << shift));
+    vi a = vf_to_vi(vf_min(vf_max(first, vf_set(0)), end)) >> shift, b = vf_to_vi(vf_max(vf_min(last, end - 1), vf_set(0))) >> shift;
+    b = vi_select(last < 0, vi_set(-1), b); /* before the picture */
     memcpy(c->first + part * W, &a, sizeof a);
     memcpy(c->last + part * W, &b, sizeof b);
 }

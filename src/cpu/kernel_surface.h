@@ -6,9 +6,10 @@
 #include "kernel_common.h"
 
 /* Root of value = iso in [a, b] (steps), between f and g on different sides: regula falsi, Illinois variant, on the reconstructed signal. The bracket always holds the
- * root; on a piecewise cubic the steps below bring it to about 1e-5 of a step. */
-PEL_INLINE vf find_root(const struct pel_job *job, const struct packet *r, vf iso, vf a, vf f, vf b, vf g, vi wanted)
+ * root; on a piecewise cubic the steps below bring it to about 1e-5 of a step. `*bad`: the search met a void. */
+PEL_INLINE vf find_root(const struct pel_job *job, const struct packet *r, vf iso, vf a, vf f, vf b, vf g, vi wanted, vi *bad)
 {
+    *bad = vi_set(0);
     f -= iso;
     g -= iso;
     vf root = a;
@@ -18,6 +19,7 @@ PEL_INLINE vf find_root(const struct pel_job *job, const struct packet *r, vf is
         root = vf_select(wanted, vf_max(vf_min(root, b), a), vf_set(0));
         struct spot s = packet_spot(job, r, root);
         vf h = fetch_linear(job, &s) - iso;
+        *bad |= h != h;
         vi front = (h < 0) == (f < 0); /* the root lies behind */
         vf f_half = vf_select(front, h, f * 0.5f), g_half = vf_select(front, g * 0.5f, h);
         a = vf_select(front, root, a);
@@ -40,7 +42,9 @@ struct pending {
 
 PEL_INLINE void settle(const struct pel_job *job, const struct packet *r, struct pending *p, struct gathered *sum, vf *first)
 {
-    vf root = find_root(job, r, p->iso, p->from, p->front, p->to, p->back, p->lanes), g[3], color[3];
+    vi bad;
+    vf root = find_root(job, r, p->iso, p->from, p->front, p->to, p->back, p->lanes, &bad), g[3], color[3];
+    p->lanes &= ~bad;
     struct spot at = packet_spot(job, r, root);
     struct rows rows;
     fetch_rows(job, &at, &rows);
@@ -53,6 +57,7 @@ PEL_INLINE void settle(const struct pel_job *job, const struct packet *r, struct
         color[c] = vf_select(p->lanes, color[c], vf_set(0));
     put_behind(sum, color, alpha, root);
     *first = vf_select(p->lanes & (*first < 0), root, *first);
+    p->alpha = alpha;
     p->lanes = vi_set(0);
 }
 
@@ -116,6 +121,8 @@ PEL_INLINE void isosurface(const struct pel_job *job, struct packet *r, struct p
             p.alpha = vf_select(crossed, vf_select(rising, vf_set(job->iso_opacity[j]), vf_set(job->iso_opacity[i])), p.alpha);
             for (int c = 0; c < 3; c++)
                 p.color[c] = vf_select(crossed, vf_select(rising, vf_set(job->iso_color[j][c]), vf_set(job->iso_color[i][c])), p.color[c]);
+            if (job->voids) /* whether the crossing holds shows only now, and so whether something behind it is seen */
+                settle(job, r, &p, &sum, &first);
             alive &= ~(crossed & (p.alpha >= 1)); /* nothing behind it is seen */
         }
         front = back;

@@ -27,13 +27,13 @@ struct packet {
     int slab;              /* the first that is still ahead */
 };
 
-/* Narrows [*lo, *hi] to where value + s * slope >= 0. */
-PEL_INLINE void clip(vd value, vd slope, vd *lo, vd *hi)
+/* Narrows [*lo, *hi] to where value + s * slope >= 0; `close` is a world length below which a ray alongside counts as on the plane. */
+PEL_INLINE void clip(vd value, vd slope, double close, vd *lo, vd *hi)
 {
     vl along = (slope < 1e-12) & (slope > -1e-12); /* in parallel with the plane, whose normal is a unit in the world: all or nothing */
     vd cut = -value / vd_select(along, vd_set(1), slope), none = vd_set(-1e300), all = vd_set(1e300);
     *lo = vd_max(*lo, vd_select(~along & (slope > 0), cut, none));
-    *hi = vd_min(*hi, vd_select(along, vd_select(value >= -1e-9, all, none), vd_select(slope > 0, all, cut)));
+    *hi = vd_min(*hi, vd_select(along, vd_select(value >= -close, all, none), vd_select(slope > 0, all, cut)));
 }
 
 /* A half packet's rays, in double. */
@@ -60,7 +60,7 @@ PEL_INLINE void half_init(const struct pel_job *job, vd x, double y0, vd row, st
     }
     for (int i = 0; i < job->plane_count; i++) {
         const double *q = job->planes[i];
-        clip(q[0] * h->p[0] + q[1] * h->p[1] + q[2] * h->p[2] + q[3], q[0] * h->d[0] + q[1] * h->d[1] + q[2] * h->d[2], &h->lo, &h->hi);
+        clip(q[0] * h->p[0] + q[1] * h->p[1] + q[2] * h->p[2] + q[3], q[0] * h->d[0] + q[1] * h->d[1] + q[2] * h->d[2], 1e-9 * job->step, &h->lo, &h->hi);
     }
     h->length = vd_sqrt(length2);
 }
@@ -165,9 +165,9 @@ PEL_INLINE vf packet_at(const struct packet *r, int k)
 }
 
 /* Steps to where the ray leaves the cube of cells from `cell - reach` to `cell + reach`, `size` voxels each. */
-PEL_INLINE vf axis_exit(vi cell, vi reach, float size, vf o, vf d, vf inverse)
+PEL_INLINE vf axis_exit(vi cell, vi reach, float size, vf o, vf inverse)
 {
-    vi side = vi_select(d < 0, -reach, reach + 1);
+    vi side = vi_select(inverse < 0, -reach, reach + 1);
     return (vi_to_vf(cell + side) * size - o) * inverse;
 }
 
@@ -184,8 +184,8 @@ PEL_INLINE int packet_look(const struct pel_job *job, const struct packet *r, co
     vi cx = s->x >> PEL_CELL_SHIFT, cy = s->y >> PEL_CELL_SHIFT, cz = s->z >> PEL_CELL_SHIFT;
     vi distance = vi_gather(job->distance, r->map + (cz << job->cell_slice_shift) + (cy << job->cell_row_shift) + cx) & 0xff;
     vi seen = live & (distance == 0), reach = vi_max(distance - 1, vi_set(0));
-    vf exit = vf_min(vf_min(axis_exit(cx, reach, PEL_CELL_SIZE, r->ox, r->dx, r->ix), axis_exit(cy, reach, PEL_CELL_SIZE, r->oy, r->dy, r->iy)),
-                     axis_exit(cz, reach, PEL_CELL_SIZE, r->oz, r->dz, r->iz));
+    vf exit = vf_min(vf_min(axis_exit(cx, reach, PEL_CELL_SIZE, r->ox, r->ix), axis_exit(cy, reach, PEL_CELL_SIZE, r->oy, r->iy)),
+                     axis_exit(cz, reach, PEL_CELL_SIZE, r->oz, r->iz));
     vi to = vi_max(samples_before(exit, offset), vi_set(k));
     if (!vi_any(seen))
         return vi_least(vi_select(live, to, vi_set(INT32_MAX - 1)));

@@ -267,6 +267,8 @@ bool pel_raycaster_draw(struct pel_raycaster *rc, const struct pel_scene *scene,
     counters->cells = cells;
     counters->visible_cells = rc->state.visible_cells;
     counters->bytes = (cells + blocks) * 2 * sizeof(float) + rc->state.map_bytes * (size_t)(1 + __builtin_popcount(rc->state.octants)) + rc->state.array_entries * 12 * sizeof(float) +
-                      (rc->state.bounds ? (cells + blocks) * sizeof(float) : 0);
+                      (rc->state.bounds ? (cells + blocks) * sizeof(float) : 0) + rc->spans.words * sizeof *rc->spans.masks + rc->spans.fold_bytes +
+                      rc->state.table.count * 4 * sizeof(float) + rc->state.table.range.count * (size_t)rc->state.table.range.levels * 2 * sizeof(float) +
+                      (rc->padded ? (size_t)job->slice * (size_t)(job->dims[2] < 2 ? 2 : job->dims[2]) * pel_type_size(job->type) : 0);
     return !atomic_load(&d.cancelled);
 }

@@ -24,7 +24,7 @@ const char *pel_raycaster_isa(const struct pel_raycaster *raycaster);
  * more than 2^31 - 1 voxels: the lanes' offsets have 32 bits. */
 bool pel_raycaster_set_volume(struct pel_raycaster *raycaster, const struct pel_volume *volume, struct pel_error *error);
 
-/* Layer 2: tables and distance map for the scene's transfer function, isosurfaces and settings. */
+/* Layer 2: tables and marks of visible cells for the scene's transfer function, isosurfaces and settings. */
 bool pel_raycaster_classify(struct pel_raycaster *raycaster, const struct pel_scene *scene, struct pel_error *error);
 
 struct pel_raycast_counters {

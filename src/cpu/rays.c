@@ -164,9 +164,9 @@ unsigned pel_rays_octants(const struct pel_job *job)
             most = fmax(most, d);
         }
         static const unsigned upward[3] = { 0x55, 0x33, 0x0f }; /* octants with the axis' bit clear */
-        if (least > 1e-9)
+        if (least > 1e3 * job->along)
             set &= upward[a];
-        if (most < -1e-9)
+        if (most < -1e3 * job->along)
             set &= ~upward[a];
     }
     return set;

@@ -8,6 +8,7 @@
 #define PEL_CPU_SIMD_H
 
 #include <math.h>
+#include <stdbool.h>
 #include <stdint.h>
 #include <string.h>
 
@@ -251,7 +252,7 @@ PEL_INLINE vi vi_gather(const void *base, vi bytes)
 #endif
 }
 
-/* 32-bit items by their index; `scaled` offsets of 2 and 4 bytes an index. */
+/* 32-bit items that start at every 2 bytes. */
 PEL_INLINE vi vi_gather2(const void *base, vi index)
 {
 #if PEL_AVX512

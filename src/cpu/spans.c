@@ -112,7 +112,7 @@ static void camera_space(struct work *w, const struct pel_scene *scene)
     p->middle[1] = (float)(w->job->height - 1) * 0.5f;
 }
 
-/* Least and greatest depth of what is visible; along a row of cells only the first and the last count. Nothing visible: a range all the same. */
+/* Least and greatest depth of what is visible; along a row of cells only the first and the last count. Where nothing is, a range all the same, before the camera. */
 static void depth_range(const struct work *w, float *least, float *most)
 {
     const struct pel_job *job = w->job;
@@ -139,7 +139,7 @@ static void depth_range(const struct work *w, float *least, float *most)
             }
         }
     if (*least > *most)
-        *least = 0, *most = 1;
+        *least = 1, *most = 2;
 }
 
 /* Pixels a voxel, at the volume's middle. */
@@ -193,7 +193,7 @@ bool pel_spans_build(struct pel_spans *spans, const struct pel_scene *scene, con
     }
     float least, most;
     depth_range(&w, &least, &most);
-    if (!job->skip || (!p->parallel && least <= 1e-3f * (most - least)))
+    if (!p->parallel && least <= 1e-3f * (most - least))
         return true;
     const int block = 1 << PEL_SPAN_SHIFT;
     p->blocks[0] = (job->width + block - 1) / block;

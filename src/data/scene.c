@@ -44,6 +44,17 @@ const struct pel_option pel_render_options[] = {
 };
 #undef AT
 
+void pel_source_apply(const struct pel_source *source, struct pel_volume *volume)
+{
+    if (source->has_spacing)
+        memcpy(volume->spacing, source->spacing, sizeof volume->spacing);
+    if (source->has_void) {
+        volume->has_void = true;
+        volume->void_value = source->void_value;
+        pel_volume_update_range(volume);
+    }
+}
+
 bool pel_scene_init(struct pel_scene *scene, struct pel_error *error)
 {
     memset(scene, 0, sizeof *scene);

@@ -138,6 +138,7 @@ bool pel_transfer_table_build(struct pel_transfer_table *table, const struct pel
     size_t count = choose_count(transfer, lo, hi);
     if (table->opacity && table->count == count && table->lo == lo && table->hi == hi && pel_transfer_equal(&table->transfer, transfer))
         return true;
+    table->lo = NAN; /* nothing that a later call would take for built, until all is */
     if (!reserve(table, count, error) || !pel_transfer_copy(&table->transfer, transfer, error))
         return false;
     table->lo = lo;
@@ -148,7 +149,10 @@ bool pel_transfer_table_build(struct pel_transfer_table *table, const struct pel
     }
     set_jumps(table, transfer->colors, transfer->color_count, sizeof *transfer->colors);
     set_jumps(table, transfer->opacities, transfer->opacity_count, sizeof *transfer->opacities);
-    return pel_range_table_build(&table->range, table->opacity, count, error);
+    if (pel_range_table_build(&table->range, table->opacity, count, error))
+        return true;
+    table->lo = NAN;
+    return false;
 }
 
 void pel_transfer_table_finish(struct pel_transfer_table *table)

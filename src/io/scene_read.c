@@ -323,8 +323,8 @@ static bool read_source_spacing(struct reading *r, const json_t *value, void *ob
     if (!read_vector(r, value, source->spacing))
         return false;
     for (int i = 0; i < 3; i++)
-        if (!(source->spacing[i] >= 1e-30 && source->spacing[i] <= 1e30))
-            return pel_fail(r->error, PEL_ERROR_FORMAT, "%g is not a spacing; it must be greater than 0", source->spacing[i]);
+        if (!(source->spacing[i] >= PEL_LEAST_SPACING && source->spacing[i] <= PEL_MOST_SPACING))
+            return pel_fail(r->error, PEL_ERROR_FORMAT, "%g is outside %g..%g", source->spacing[i], PEL_LEAST_SPACING, PEL_MOST_SPACING);
     source->has_spacing = true;
     return true;
 }

@@ -271,6 +271,12 @@ static double sparse(const double index[3])
     return fabs(r - 18) < 1.5 && fabs(z) < 20 ? 200 : fabs(z - 0.4 * x) < 0.7 ? 60 : 0;
 }
 
+static double sparse_small(const double index[3])
+{
+    double x = index[0] - 10, y = index[1] - 10, z = index[2] - 11;
+    return fmax(0, 210 - 24 * sqrt(x * x + y * y + z * z));
+}
+
 static void test_skipping_sparse(void **state)
 {
     (void)state;
@@ -337,6 +343,158 @@ static void test_skipping_surfaces(void **state)
             check_at_least(seen, 50, "%s: pixels where something is seen", what);
             pel_image_finish(&with);
             pel_image_finish(&without);
+            pel_scene_finish(&scene);
+            pel_volume_finish(&volume);
+        }
+}
+
+/* The same bytes with and without skipping, and no pixel farther than `allowed` from the reference; something is seen. */
+static void check_picture(struct pel_scene *scene, int width, int height, double allowed, const char *what)
+{
+    struct pel_image with, without, truth;
+    scene->render.skip = true;
+    draw(scene, "raycast", width, height, &with);
+    scene->render.skip = false;
+    draw(scene, "raycast", width, height, &without);
+    draw(scene, "reference", width, height, &truth);
+    check_same_bytes(&with, &without, what);
+    check_at_most(largest_difference(&with, &truth), allowed, "%s: against the reference", what);
+    int seen = 0;
+    for (int p = 0; p < width * height; p++)
+        seen += truth.rgba[4 * p + 3] > 0;
+    check_at_least(seen, scene->render.mode == PEL_MODE_MINIP ? 0 : 20, "%s: pixels where something is seen", what); /* the least sample is often invisible */
+    pel_image_finish(&with);
+    pel_image_finish(&without);
+    pel_image_finish(&truth);
+}
+
+/* Long enough for a place on the last voxel to be rounded beyond it, and with values far from 0. */
+static double far_from_zero(const double index[3])
+{
+    return -900 + 60 * sin(index[0] * 0.13) + 12 * index[1];
+}
+
+static void test_long_volumes(void **state)
+{
+    (void)state;
+    static const struct {
+        const char *name;
+        enum pel_mode mode;
+        enum pel_classification classification;
+    } draws[] = { { "isosurface", PEL_MODE_ISOSURFACE, PEL_CLASSIFICATION_POST },
+                 { "preintegrated", PEL_MODE_COMPOSITE, PEL_CLASSIFICATION_PREINTEGRATED },
+                 { "mip", PEL_MODE_MIP, PEL_CLASSIFICATION_POST },
+                 { "slice", PEL_MODE_SLICE, PEL_CLASSIFICATION_POST } };
+    const enum pel_type types[] = { PEL_I16, PEL_F32, PEL_F64 };
+    for (int t = 0; t < 3; t++)
+        for (int i = 0; i < 4; i++) {
+            struct pel_volume volume;
+            struct pel_scene scene;
+            char what[64];
+            make_volume(&volume, 700, 6, 5, types[t], far_from_zero);
+            make_full_scene(&scene, &volume, -1000, -780);
+            /* The end of the volume along x, where rays leave it. */
+            look_parallel(&scene, (const double[3]){ 0.9, 0.3, 0.25 }, 30, 4);
+            scene.camera.position[0] += 699 / 2.0;
+            scene.camera.focal_point[0] += 699 / 2.0;
+            memcpy(scene.slice.origin, scene.camera.focal_point, sizeof scene.slice.origin);
+            memcpy(scene.slice.normal, (double[3]){ 1, 0, 0 }, sizeof scene.slice.normal);
+            scene.render.mode = draws[i].mode;
+            scene.render.classification = draws[i].classification;
+            snprintf(what, sizeof what, "long volume of %s, %s", pel_type_name(types[t]), draws[i].name);
+            check_picture(&scene, 60, 50, 0.02, what);
+            pel_scene_finish(&scene);
+            pel_volume_finish(&volume);
+        }
+}
+
+static double layers(const double index[3])
+{
+    double d = index[2] + 0.15 * index[0];
+    return fabs(d - 5) < 1.6 ? 0.4 + 0.02 * sin(7 * index[1]) : fabs(d - 21) < 2.2 ? 0.7 + 0.02 * cos(5 * index[0]) : 0;
+}
+
+/* Many pixels a voxel, so that whole packets jump together: sums must not remember whether they did. And so many that pixel coordinates leave the whole numbers. */
+static void test_close_ups(void **state)
+{
+    (void)state;
+    struct pel_volume volume;
+    struct pel_scene scene;
+    make_volume(&volume, 26, 24, 27, PEL_F32, layers);
+    make_full_scene(&scene, &volume, 0.05, 1);
+    scene.isosurfaces[0].value = 0.3;
+    scene.isosurface_count = 1;
+    for (int mode = PEL_MODE_COMPOSITE; mode <= PEL_MODE_SLICE; mode++) {
+        const double scales[] = { 7, 0.9, 1e-4, 1e-7 };
+        for (int i = 0; i < (mode == PEL_MODE_ISOSURFACE || mode == PEL_MODE_XRAY ? 4 : 2); i++) {
+            char what[64];
+            scene.render.mode = (enum pel_mode)mode;
+            look_parallel(&scene, (const double[3]){ 0.2, 0.3, 1 }, 40, scales[i]);
+            snprintf(what, sizeof what, "close-up of mode %d, %g high", mode, scales[i]);
+            check_picture(&scene, 130, 110, 0.02, what);
+        }
+    }
+    pel_scene_finish(&scene);
+    pel_volume_finish(&volume);
+}
+
+static double one_void(const double index[3])
+{
+    bool is = (int)index[0] == 8 && (int)index[1] == 7 && (int)index[2] == 8;
+    return is ? NAN : index[2] + 0.2 * index[0];
+}
+
+/* A crossing whose segment cuts the corner of a void cell is none. The engine and the reference search in steps of their own, so single pixels at the hole's edge may differ. */
+static void test_surface_at_void(void **state)
+{
+    (void)state;
+    struct pel_volume volume;
+    struct pel_scene scene;
+    struct pel_image image, truth;
+    make_volume(&volume, 17, 16, 17, PEL_F32, one_void);
+    make_full_scene(&scene, &volume, 0, 20);
+    scene.isosurfaces[0] = (struct pel_isosurface){ 9.7, { 1, 1, 1 }, 1 };
+    scene.isosurface_count = 1;
+    scene.render.mode = PEL_MODE_ISOSURFACE;
+    scene.render.step = 1.5;
+    look_parallel(&scene, (const double[3]){ 0.5, 0.4, 1 }, 40, 5);
+    draw(&scene, "raycast", 120, 120, &image);
+    draw(&scene, "reference", 120, 120, &truth);
+    int holes = 0, apart = 0;
+    for (int p = 0; p < 120 * 120; p++) {
+        bool empty = truth.rgba[4 * p + 3] == 0;
+        holes += empty;
+        apart += empty != (image.rgba[4 * p + 3] == 0);
+    }
+    check_at_least(holes, 100, "pixels of the hole");
+    check_at_most(apart, 0.02 * holes, "pixels of the hole where engine and reference differ, of %d", holes);
+    pel_image_finish(&image);
+    pel_image_finish(&truth);
+    pel_scene_finish(&scene);
+    pel_volume_finish(&volume);
+}
+
+/* Nothing may depend on the unit of length. */
+static void test_units(void **state)
+{
+    (void)state;
+    const double units[] = { 1e-12, 1e12 };
+    for (int i = 0; i < 2; i++)
+        for (int mode = PEL_MODE_COMPOSITE; mode <= PEL_MODE_SLICE; mode++) {
+            struct pel_volume volume;
+            struct pel_scene scene;
+            char what[64];
+            make_volume(&volume, 20, 21, 22, PEL_U8, sparse_small);
+            for (int a = 0; a < 3; a++)
+                volume.spacing[a] = units[i];
+            make_full_scene(&scene, &volume, 30, 220);
+            scene.render.mode = (enum pel_mode)mode;
+            look_parallel(&scene, (const double[3]){ 0, 0, 1 }, 60 * units[i], 13 * units[i]); /* along the clip plane */
+            scene.clip_plane_count = 1;
+            pel_volume_index_to_world(&volume, (const double[3]){ 9.6, 0, 0 }, scene.clip_planes[0].origin);
+            memcpy(scene.clip_planes[0].normal, (double[3]){ 1, 0, 0 }, sizeof scene.clip_planes[0].normal);
+            snprintf(what, sizeof what, "voxels of %g, mode %d", units[i], mode);
+            check_picture(&scene, 50, 50, 0.02, what);
             pel_scene_finish(&scene);
             pel_volume_finish(&volume);
         }
@@ -431,6 +589,10 @@ int main(void)
         cmocka_unit_test_setup_teardown(test_skipping, make_assorted, finish_assorted),
         cmocka_unit_test(test_skipping_sparse),
         cmocka_unit_test(test_skipping_surfaces),
+        cmocka_unit_test(test_long_volumes),
+        cmocka_unit_test(test_close_ups),
+        cmocka_unit_test(test_surface_at_void),
+        cmocka_unit_test(test_units),
         cmocka_unit_test_setup_teardown(test_instruction_sets, make_assorted, finish_assorted),
         cmocka_unit_test_setup_teardown(test_changes, make_assorted, finish_assorted),
     };
