@@ -158,6 +158,7 @@ static bool measure(struct bench *bench, struct progress *progress, struct pel_e
 {
     struct pel_renderer_params params = PEL_RENDERER_PARAMS_INIT;
     params.threads = bench->values->scene.threads;
+    params.device = bench->loaded->device;
     /* The callback only listens for Ctrl-C: a bar would be drawn inside what is measured. */
     progress->enabled = false;
     params.progress = progress_callback(progress);
@@ -202,6 +203,7 @@ static bool print_json(struct bench *bench)
     json_object_set_new(json, "volume_mb", json_number((double)pel_volume_bytes(&bench->loaded->volume) / 1048576));
     json_object_set_new(json, "load_ms", json_number(bench->loaded->load_ms));
     json_object_set_new(json, "threads", json_integer(stats->threads));
+    json_object_set_new(json, "device", json_text(stats->device));
     json_object_set_new(json, "isa", stats->isa ? json_text(stats->isa) : json_null());
     json_object_set_new(json, "technique", json_text(stats->technique));
     json_object_set_new(json, "size", json_pack("[i, i]", bench->image.width, bench->image.height));

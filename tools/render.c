@@ -157,8 +157,8 @@ static bool write_pictures(const struct values *values, const struct loaded_scen
 
 static void print_stats_text(const struct pel_frame_stats *stats, const struct loaded_scene *loaded)
 {
-    fprintf(stderr, "technique   %s on %s%s%s, %d thread%s\n", stats->technique, stats->device, stats->isa ? " " : "", stats->isa ? stats->isa : "",
-            stats->threads, stats->threads == 1 ? "" : "s");
+    fprintf(stderr, "technique   %s on %s%s%s, %d thread%s%s%s%s\n", stats->technique, stats->device, stats->isa ? " " : "", stats->isa ? stats->isa : "",
+            stats->threads, stats->threads == 1 ? "" : "s", loaded->device_note[0] ? " (" : "", loaded->device_note, loaded->device_note[0] ? ")" : "");
     fprintf(stderr, "%-28s %12.3f ms\n", "load", loaded->load_ms);
     for (int i = 0; i < stats->stage_count; i++) {
         fprintf(stderr, "%-28s %12.3f ms", stats->stages[i].name, stats->stages[i].cpu_ms);
@@ -218,6 +218,7 @@ static bool draw(const struct values *values, const struct arguments *arguments,
     bool fine = false, turntable = arguments_given(arguments, "turntable");
     int frames = turntable ? values->turntable : 1;
     params.threads = values->scene.threads;
+    params.device = loaded->device;
     params.progress = progress_callback(progress);
     pel_image_init(&image);
     struct pel_renderer *renderer = pel_renderer_create(&params, error);

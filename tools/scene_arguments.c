@@ -9,7 +9,6 @@
 #define ANY -DBL_MAX, DBL_MAX
 #define NO_LIMITS 0, 0
 
-static const char *const device_names[] = { "auto", "cpu", "gpu", NULL };
 
 const struct pel_option input_rows[] = {
     { "scene", "Scene file", "Load a scene file first; flags override what it says", PEL_OPTION_TEXT, FIELD(scene), NO_LIMITS, NULL, NULL, NULL },
@@ -90,12 +89,13 @@ const struct pel_option engine_rows[] = {
     { "size", "Size", "Width and height of the picture", PEL_OPTION_SIZE, FIELD(size), 1, PEL_IMAGE_MAX, "512x512", NULL, "pixels" },
     { "technique", "Technique", "How the picture is made; `pellucid techniques` lists them", PEL_OPTION_TEXT, FIELD(technique), NO_LIMITS, "raycast", NULL,
       NULL },
-    { "device", "Device", "What draws", PEL_OPTION_CHOICE, FIELD(device), NO_LIMITS, "auto", device_names, NULL },
+    { "device", "Device", "What draws: auto (a hardware GPU if there is one, else the CPU), cpu, gpu, gpu:N; `pellucid devices` lists them", PEL_OPTION_TEXT, FIELD(device),
+      NO_LIMITS, "auto", NULL, NULL },
     { "threads", "Threads", "Threads of the CPU engine; 0 is as many as the machine has", PEL_OPTION_INT, FIELD(threads), 0, 1024, "0", NULL, NULL },
     { "quiet", "Quiet", "No notes and no progress bar", PEL_OPTION_BOOL, FIELD(quiet), NO_LIMITS, "false", NULL, NULL },
     { NULL },
 };
-const struct option_extra engine_extras[] = { { "quiet", 'q', NULL, NULL, false }, { "technique", 0, "NAME", NULL, false }, { NULL } };
+const struct option_extra engine_extras[] = { { "quiet", 'q', NULL, NULL, false }, { "technique", 0, "NAME", NULL, false }, { "device", 0, "DEVICE", NULL, false }, { NULL } };
 
 /* Appends numbers separated by commas. */
 static bool append_numbers(double *items, int *count, double lo, double hi, const char *flag, const char *text, struct pel_error *error)

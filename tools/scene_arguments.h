@@ -6,8 +6,6 @@
 #include "arguments.h"
 #include "progress.h"
 
-enum device { DEVICE_AUTO, DEVICE_CPU, DEVICE_GPU };
-
 /* What the flags set. Fields of the library's own structs come in `render` and `camera`. */
 struct scene_arguments {
     char scene[PEL_OPTION_TEXT_SIZE], array[PEL_OPTION_TEXT_SIZE], raw[PEL_OPTION_TEXT_SIZE];
@@ -41,7 +39,7 @@ struct scene_arguments {
 
     int size[2];
     char technique[PEL_OPTION_TEXT_SIZE];
-    int device; /* enum device */
+    char device[PEL_OPTION_TEXT_SIZE]; /* "auto", "cpu", "gpu", "gpu:1" */
     int threads;
     bool quiet;
 };
@@ -78,6 +76,8 @@ struct loaded_scene {
     struct pel_file_info info;
     struct pel_camera base_camera; /* before the moves */
     const char *technique;
+    struct pel_device *device; /* to draw on, or NULL: the CPU */
+    char device_note[256];     /* why --device auto took the CPU, or "" */
     double load_ms; /* reading the file */
 };
 
@@ -95,6 +95,7 @@ bool volume_load(const char *path, const char *array, const char *raw, bool scal
                  struct pel_volume *volume, struct pel_file_info *info, struct pel_error *error);
 
 /* Makes the scene's parts; used by scene_load. */
+bool scene_choose_device(struct loaded_scene *loaded, const struct scene_arguments *values, struct pel_error *error);
 bool scene_set_transfer(struct loaded_scene *loaded, const struct arguments *arguments, const struct scene_arguments *values,
                         const struct pel_scene_parts *has, struct pel_error *error);
 bool scene_set_surfaces(struct loaded_scene *loaded, const struct arguments *arguments, const struct scene_arguments *values,

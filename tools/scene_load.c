@@ -40,8 +40,6 @@ bool volume_load(const char *path, const char *array, const char *raw, bool scal
 /* What the library cannot refuse because it does not know that it is asked for by name, or what this machine cannot do. */
 static bool check_arguments(const struct arguments *arguments, const struct scene_arguments *values, struct pel_error *error)
 {
-    if (values->device == DEVICE_GPU)
-        return tool_fail(error, PEL_ERROR_ARGUMENT, "--device gpu: there is no GPU engine in this version; use cpu or auto");
     bool iso = values->isovalues.count > 0, slice = arguments_given(arguments, "slice") != NULL, mode = arguments_given(arguments, "mode") != NULL;
     if (iso && slice)
         return tool_fail(error, PEL_ERROR_ARGUMENT, "--isovalue and --slice ask for different pictures; give one of them");
@@ -177,9 +175,9 @@ static bool load(struct loaded_scene *loaded, const struct arguments *arguments,
     adjust_volume(loaded, arguments, values);
     set_light(loaded, arguments, values, from_file);
     if (!scene_set_transfer(loaded, arguments, values, &has, error) || !scene_set_surfaces(loaded, arguments, values, &has, error) ||
-        !scene_set_camera(loaded, arguments, values, &has, error))
+        !scene_set_camera(loaded, arguments, values, &has, error) || !pel_scene_check(scene, error))
         return false;
-    return pel_scene_check(scene, error);
+    return scene_choose_device(loaded, values, error);
 }
 
 bool scene_load(struct loaded_scene *loaded, const struct arguments *arguments, const struct scene_arguments *values, const char *path,
@@ -197,6 +195,7 @@ bool scene_load(struct loaded_scene *loaded, const struct arguments *arguments, 
 
 void scene_unload(struct loaded_scene *loaded)
 {
+    pel_device_destroy(loaded->device);
     pel_scene_finish(&loaded->scene);
     pel_volume_finish(&loaded->volume);
 }

@@ -5,6 +5,7 @@
 
 #include <stdint.h>
 
+#include <pellucid/device.h>
 #include <pellucid/image.h>
 #include <pellucid/scene.h>
 
@@ -34,7 +35,7 @@ const struct pel_technique_info *pel_technique_find(const char *name);
 /* What a frame cost and how much it skipped. */
 struct pel_frame_stats {
     const char *technique;
-    const char *device; /* "cpu" */
+    const char *device; /* "cpu", or the GPU's name */
     const char *isa;    /* "x86-64-v3": the instruction set of the CPU kernels, or NULL */
     int threads;
     int stage_count;
@@ -53,8 +54,9 @@ struct pel_frame_stats {
 struct pel_renderer_params {
     int threads; /* for the CPU engine; 0: as many as the machine (or OMP_NUM_THREADS) says */
     struct pel_progress progress; /* of each draw */
+    struct pel_device *device; /* borrowed, must outlive the renderer; NULL: the CPU engine. Techniques that have no GPU engine draw on the CPU all the same */
 };
-#define PEL_RENDERER_PARAMS_INIT { 0, { NULL, NULL } }
+#define PEL_RENDERER_PARAMS_INIT { 0, { 0, 0 }, 0 }
 
 struct pel_renderer;
 

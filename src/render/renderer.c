@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "alloc.h"
+#include "device_gl.h"
 #include "fail.h"
 #include "parallel.h"
 #include "technique.h"
@@ -45,14 +46,40 @@ static void forget(struct pel_renderer *r, size_t i)
     r->seen[i] = NULL;
 }
 
+/* Makes the device current for techniques, if there is one; a host's context is given back as it was. */
+static bool enter_device(struct pel_device *device, struct pel_gl_saved *saved, struct pel_error *error)
+{
+    if (!device)
+        return true;
+    if (!pel_device_begin(device, error))
+        return false;
+    if (!device->own)
+        pel_gl_save(saved);
+    return true;
+}
+
+static void leave_device(struct pel_device *device, const struct pel_gl_saved *saved)
+{
+    if (!device)
+        return;
+    if (!device->own)
+        pel_gl_restore(saved);
+    pel_device_end(device);
+}
+
 void pel_renderer_destroy(struct pel_renderer *r)
 {
     if (!r)
         return;
+    struct pel_gl_saved saved;
+    bool entered = enter_device(r->params.device, &saved, NULL);
     for (size_t i = 0; pel_techniques[i]; i++) {
-        pel_techniques[i]->finish(r->states[i]);
+        if (entered) /* else the context is gone, and what it held with it */
+            pel_techniques[i]->finish(r->states[i]);
         forget(r, i);
     }
+    if (entered)
+        leave_device(r->params.device, &saved);
     free(r);
 }
 
@@ -131,19 +158,29 @@ static bool draw_with(struct pel_renderer *r, size_t i, const struct pel_scene *
 {
     const struct pel_technique *t = pel_techniques[i];
     r->stats = (struct pel_frame_stats){ .technique = t->info.name, .device = "cpu", .threads = r->threads };
+    struct pel_device *device = t->info.engines & PEL_ENGINE_GPU ? r->params.device : NULL;
+    if (!device && !(t->info.engines & PEL_ENGINE_CPU))
+        return pel_fail(error, PEL_ERROR_UNSUPPORTED, "%s draws on a GPU alone; give the renderer a device", t->info.name);
+    if (device)
+        r->stats.device = pel_device_describe(device)->name;
     struct pel_frame frame = {
         .scene = scene,
         .image = image,
+        .device = device,
         .threads = r->threads,
         .changes = changes_since(r->seen[i], scene, image),
         .progress = &r->params.progress,
         .stats = &r->stats,
     };
-    if (!t->prepare(&r->states[i], &frame, error) || !remember(r, i, scene, image, error)) {
-        forget(r, i);
+    struct pel_gl_saved saved;
+    if (!enter_device(device, &saved, error))
         return false;
-    }
-    return t->draw(r->states[i], &frame, error);
+    bool ok = t->prepare(&r->states[i], &frame, error) && remember(r, i, scene, image, error);
+    if (!ok)
+        forget(r, i);
+    ok = ok && t->draw(r->states[i], &frame, error);
+    leave_device(device, &saved);
+    return ok;
 }
 
 bool pel_renderer_draw(struct pel_renderer *r, const struct pel_scene *scene, const char *technique, struct pel_image *image,
@@ -167,12 +204,17 @@ bool pel_renderer_draw(struct pel_renderer *r, const struct pel_scene *scene, co
 
 void pel_frame_stage(const struct pel_frame *frame, const char *name, double start_ms)
 {
+    pel_frame_stage_gpu(frame, name, start_ms, -1);
+}
+
+void pel_frame_stage_gpu(const struct pel_frame *frame, const char *name, double start_ms, double gpu_ms)
+{
     struct pel_frame_stats *s = frame->stats;
     if (s->stage_count == PEL_MAX_STAGES)
         return;
     s->stages[s->stage_count].name = name;
     s->stages[s->stage_count].cpu_ms = pel_now_ms() - start_ms;
-    s->stages[s->stage_count++].gpu_ms = -1;
+    s->stages[s->stage_count++].gpu_ms = gpu_ms;
 }
 
 void pel_frame_count(const struct pel_frame *frame, const char *name, uint64_t value)

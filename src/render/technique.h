@@ -22,6 +22,7 @@ enum pel_change {
 struct pel_frame {
     const struct pel_scene *scene; /* checked */
     struct pel_image *image;
+    struct pel_device *device; /* to draw on, current while the technique runs; NULL: draw on the CPU */
     int threads;
     unsigned changes;
     const struct pel_progress *progress;
@@ -42,6 +43,7 @@ extern const struct pel_technique *const pel_techniques[];
 
 /* Notes a stage's time (since `start_ms` of pel_now_ms) or a counter; more than fit are dropped. Names must outlive the renderer. */
 void pel_frame_stage(const struct pel_frame *frame, const char *name, double start_ms);
+void pel_frame_stage_gpu(const struct pel_frame *frame, const char *name, double start_ms, double gpu_ms);
 void pel_frame_count(const struct pel_frame *frame, const char *name, uint64_t value);
 
 #endif

@@ -1,22 +1,23 @@
 /* SPDX-License-Identifier: MIT */
-/* Ray casting on the CPU engine: the default technique. The method is in src/cpu (kernel.c is the loop itself); here it meets the renderer. */
+/* Ray casting, the default technique. On the CPU the method is in src/cpu (kernel.c is the loop itself), on a GPU in raycast_gpu.c and the shaders; here both meet the renderer. */
 #include <stdlib.h>
 
 #include "alloc.h"
 #include "raycast.h"
+#include "raycast_gpu.h"
 #include "technique.h"
 #include "timer.h"
 
 static const struct pel_option no_options[] = { { NULL } };
 
-static bool prepare(void **state, const struct pel_frame *frame, struct pel_error *error)
+/* One of the two: a renderer keeps to its device. */
+struct caster {
+    struct pel_raycaster *cpu;
+    struct pel_gpu_raycaster *gpu;
+};
+
+static bool prepare_cpu(struct pel_raycaster *rc, const struct pel_frame *frame, struct pel_error *error)
 {
-    struct pel_raycaster *rc = *state;
-    if (!rc) {
-        rc = *state = pel_raycaster_create(frame->threads, getenv("PELLUCID_ISA"), error);
-        if (!rc)
-            return false;
-    }
     unsigned changes = frame->changes;
     double start = pel_now_ms();
     if (changes & PEL_CHANGE_VOLUME) {
@@ -37,9 +38,23 @@ static bool prepare(void **state, const struct pel_frame *frame, struct pel_erro
     return true;
 }
 
-static bool draw(void *state, const struct pel_frame *frame, struct pel_error *error)
+static bool prepare(void **state, const struct pel_frame *frame, struct pel_error *error)
 {
-    struct pel_raycaster *rc = state;
+    struct caster *caster = *state;
+    if (!caster && !(caster = *state = pel_alloc(1, sizeof *caster, "ray caster", error)))
+        return false;
+    if (frame->device) {
+        if (!caster->gpu)
+            caster->gpu = pel_gpu_raycaster_create(frame->device, error);
+        return caster->gpu && pel_gpu_raycaster_prepare(caster->gpu, frame, error);
+    }
+    if (!caster->cpu)
+        caster->cpu = pel_raycaster_create(frame->threads, getenv("PELLUCID_ISA"), error);
+    return caster->cpu && prepare_cpu(caster->cpu, frame, error);
+}
+
+static bool draw_cpu(struct pel_raycaster *rc, const struct pel_frame *frame, struct pel_error *error)
+{
     struct pel_raycast_counters c;
     double start = pel_now_ms();
     bool ok = pel_raycaster_draw(rc, frame->scene, frame->progress, frame->image, &c, error);
@@ -54,9 +69,20 @@ static bool draw(void *state, const struct pel_frame *frame, struct pel_error *e
     return ok;
 }
 
+static bool draw(void *state, const struct pel_frame *frame, struct pel_error *error)
+{
+    struct caster *caster = state;
+    return frame->device ? pel_gpu_raycaster_draw(caster->gpu, frame, error) : draw_cpu(caster->cpu, frame, error);
+}
+
 static void finish(void *state)
 {
-    pel_raycaster_destroy(state);
+    struct caster *caster = state;
+    if (!caster)
+        return;
+    pel_raycaster_destroy(caster->cpu);
+    pel_gpu_raycaster_destroy(caster->gpu);
+    free(caster);
 }
 
 extern const struct pel_technique pel_technique_raycast;
@@ -65,7 +91,7 @@ const struct pel_technique pel_technique_raycast = {
         .name = "raycast",
         .summary = "Ray casting that passes over what cannot be seen; all modes",
         .citation = "Levoy, Efficient ray tracing of volume data, 1990; optics: Xue, Volume visualization using advanced graphics hardware shaders, 2008, section 1.4",
-        .engines = PEL_ENGINE_CPU,
+        .engines = PEL_ENGINE_CPU | PEL_ENGINE_GPU,
         .options = no_options,
     },
     .prepare = prepare,

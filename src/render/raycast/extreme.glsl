@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: MIT
+// MIP and MinIP (MINIMUM): the greatest or least sample.
+#include "job.glsl"
+#include "space.glsl"
+#include "sampling.glsl"
+#include "transfer.glsl"
+
+#ifdef MINIMUM
+const float sign_of = -1.0;
+#else
+const float sign_of = 1.0;
+#endif
+float best, best_at;
+
+void march_begin(const Ray r)
+{
+#ifdef VOIDS
+    best = -3.4e38;
+    best_at = -1.0;
+#else
+    best = sign_of > 0.0 ? job.range.x : -job.range.y; // every sample is at least the volume's own least value
+    best_at = min(r.offset, r.last);
+#endif
+}
+
+int march_probe(const Ray r, int k, float at, vec3 p)
+{
+    float value = sign_of * reconstruct(p);
+    if (value > best) { // false for a void
+        best = value;
+        best_at = at;
+    }
+    return best < (sign_of > 0.0 ? job.range.y : -job.range.x) ? GO_ON : END;
+}
+
+bool march_take(const Ray r, int k, float at, vec3 p)
+{
+    return true;
+}
+
+void march_end(const Ray r)
+{
+    if (best_at < 0.0)
+        return;
+    vec4 point = entry(entry_of(sign_of * best), POINT);
+    result = vec4(point.rgb * point.a, point.a);
+    result_depth = best_at;
+}
+
+#include "march.glsl"

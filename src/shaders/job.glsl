@@ -1,0 +1,25 @@
+// SPDX-License-Identifier: MIT
+// What a frame is given: the mirror of struct job in raycast_gpu.c (std140, vec4s only). "Raw" values are the CPU engine's (src/cpu/kernel.h): affine in the data's.
+layout(std140, binding = 0) uniform JobBlock {
+    // Rays in index space: the ray of pixel (x, y) is P + s D, P = p0 + x px + y py, D likewise; the world distance along it is (s + s_base) |Dw|.
+    vec4 p0, px, py, d0, dx, dy, w0, wx, wy;
+    vec4 ray;         // s_base, s_least, step, how small a component of D counts as 0
+    vec4 box_lo, box_hi;
+    ivec4 picture;    // width, height, planes, jitter
+    vec4 planes[12];  // a x + b y + c z + d >= 0 is kept
+    ivec4 dims;       // voxels
+    ivec4 cells;      // cells of 4^3 voxel steps; w: skip
+    vec4 raw;         // raw = texel * x + y; z: void value, w: 1 if some voxels are void by value
+    vec4 table;       // entry = raw * x + y (half an entry is in it); z: last entry, w: step over unit distance
+    vec4 light;       // ambient, power of the highlight, specular coefficient, steps a voxel
+    vec4 all_diffuse, all_specular; // coefficient times the lights' colours, summed
+    vec4 gradient;    // x: 1 / the volume's range, raw; y: 1 where some voxel is void; z: termination, w: invert
+    vec4 to_world[3], normal[3], metric[2];
+    ivec4 counts;     // lights, isosurfaces, -, -
+    vec4 light_direction[4]; // w: 1 for a headlight
+    vec4 light_diffuse[4], light_specular[4];
+    vec4 range;       // least, greatest raw value
+    vec4 slice_plane;
+    vec4 iso[16];       // value, opacity
+    vec4 iso_color[16];
+} job;

@@ -1,0 +1,299 @@
+/* SPDX-License-Identifier: MIT */
+/* The ray caster on the GPU engine against the CPU engine and the reference, in all its ways; and that it leaves nothing behind. Skipped, loudly, where no device is usable. */
+#include "../image/pictures.h"
+
+#include <unistd.h>
+
+#define WIDTH 61
+#define HEIGHT 47
+
+static struct pel_device *device;
+
+static int open_device(void **state)
+{
+    (void)state;
+    struct pel_error error = PEL_ERROR_INIT;
+    device = pel_device_create(-1, NULL, &error);
+    if (device)
+        print_message("on %s\n", pel_device_describe(device)->name);
+    else
+        print_message("SKIPPED: %s\n", error.message);
+    return 0;
+}
+
+static int close_device(void **state)
+{
+    (void)state;
+    pel_device_destroy(device);
+    return 0;
+}
+
+static void need_device(void)
+{
+    if (!device)
+        skip();
+}
+
+static struct pel_renderer *gpu_renderer(void)
+{
+    struct pel_error error = PEL_ERROR_INIT;
+    struct pel_renderer_params params = PEL_RENDERER_PARAMS_INIT;
+    params.device = device;
+    struct pel_renderer *renderer = pel_renderer_create(&params, &error);
+    if (!renderer)
+        fail_msg("%s", error.message);
+    return renderer;
+}
+
+static void draw_gpu(struct pel_renderer *renderer, const struct pel_scene *scene, int width, int height, struct pel_image *image)
+{
+    struct pel_error error = PEL_ERROR_INIT;
+    pel_image_init(image);
+    if (!pel_image_allocate(image, width, height, true, &error) || !pel_renderer_draw(renderer, scene, "raycast", image, &error))
+        fail_msg("%s", error.message);
+    assert_string_equal(pel_renderer_stats(renderer)->device, pel_device_describe(device)->name);
+}
+
+/* PSNR of at least 45 dB against the CPU engine at the same step. */
+static void check_against_cpu(struct pel_renderer *renderer, const struct pel_scene *scene, const char *what)
+{
+    struct pel_image cpu, gpu;
+    draw(scene, "raycast", WIDTH, HEIGHT, &cpu);
+    draw_gpu(renderer, scene, WIDTH, HEIGHT, &gpu);
+    check_at_least(psnr(&cpu, &gpu), 45, "%s: PSNR of the GPU against the CPU, dB", what);
+    pel_image_finish(&cpu);
+    pel_image_finish(&gpu);
+}
+
+static double blob(const double index[3])
+{
+    double x = index[0] - 14, y = index[1] - 12, z = index[2] - 13, r = sqrt(x * x + y * y + z * z);
+    return fmax(0, 110 - 12 * r) + 4 + 4 * sin(0.6 * x + 0.4 * y);
+}
+
+static double holed(const double index[3])
+{
+    return (int)index[0] % 9 == 4 && (int)index[1] % 7 == 3 ? NAN : blob(index);
+}
+
+static void make_typed(struct pel_volume *volume, struct pel_scene *scene, enum pel_type type, formula *f)
+{
+    make_volume(volume, 29, 25, 27, type, f);
+    memcpy(volume->spacing, (double[3]){ 1, 1.2, 0.9 }, sizeof volume->spacing);
+    memcpy(volume->direction[1], (double[3]){ 0.28, 0.96, 0 }, sizeof volume->direction[1]);
+    make_scene(scene, volume, "12:0,30:0.1,60:0.05,100:0.6");
+    assert_true(pel_transfer_set_colormap(&scene->transfer, "viridis", 0, 110, NULL));
+    scene->isosurfaces[0] = (struct pel_isosurface){ 40.3, { 1, 0.9, 0.8 }, 0.4 };
+    scene->isosurfaces[1] = (struct pel_isosurface){ 71.7, { 0.4, 0.6, 1 }, 1 };
+    scene->isosurface_count = 2;
+    pel_volume_index_to_world(volume, (const double[3]){ 14, 12, 13 }, scene->slice.origin);
+    memcpy(scene->slice.normal, (double[3]){ 1, -2, 0.5 }, sizeof scene->slice.normal);
+}
+
+/* Every mode, classification, shading, reconstruction and projection. */
+static void check_ways(struct pel_renderer *renderer, struct pel_scene *scene, const char *name)
+{
+    for (int mode = 0; mode <= PEL_MODE_SLICE; mode++)
+        for (int variant = 0; variant < 12; variant++) {
+            char what[128];
+            if (mode != PEL_MODE_COMPOSITE && variant % 6)
+                continue; /* classification and shade concern composite alone */
+            scene->render.mode = (enum pel_mode)mode;
+            scene->render.classification = (enum pel_classification)(variant % 3);
+            scene->render.shade = variant / 3 & 1;
+            scene->render.reconstruction = variant / 6 & 1 ? PEL_RECONSTRUCTION_NEAREST : PEL_RECONSTRUCTION_LINEAR;
+            scene->camera.parallel = variant & 1;
+            snprintf(what, sizeof what, "%s, mode %d, classification %d, shade %d, nearest %d", name, mode, variant % 3, variant / 3 & 1, variant / 6);
+            check_against_cpu(renderer, scene, what);
+        }
+}
+
+static void test_ways(void **state)
+{
+    (void)state;
+    need_device();
+    struct pel_renderer *renderer = gpu_renderer();
+    const struct {
+        enum pel_type type;
+        formula *f;
+    } cases[] = { { PEL_U8, blob }, { PEL_F32, holed } };
+    for (int i = 0; i < 2; i++) {
+        struct pel_volume volume;
+        struct pel_scene scene;
+        make_typed(&volume, &scene, cases[i].type, cases[i].f);
+        check_ways(renderer, &scene, pel_type_name(cases[i].type));
+        pel_scene_finish(&scene);
+        pel_volume_finish(&volume);
+    }
+    pel_renderer_destroy(renderer);
+    assert_int_equal(pel_device_objects(device), 0);
+}
+
+/* Every type; a void by value; settings that change the rays. */
+static void test_types_and_settings(void **state)
+{
+    (void)state;
+    need_device();
+    struct pel_renderer *renderer = gpu_renderer();
+    for (int type = 0; type < PEL_TYPE_COUNT; type++) {
+        struct pel_volume volume;
+        struct pel_scene scene;
+        char what[64];
+        make_typed(&volume, &scene, (enum pel_type)type, blob);
+        snprintf(what, sizeof what, "%s", pel_type_name((enum pel_type)type));
+        scene.render.shade = true;
+        check_against_cpu(renderer, &scene, what);
+        scene.render.mode = PEL_MODE_MIP;
+        check_against_cpu(renderer, &scene, what);
+        scene.render.mode = PEL_MODE_COMPOSITE;
+        volume.has_void = true;
+        volume.void_value = type == PEL_F32 || type == PEL_F64 ? 0 : 50;
+        pel_volume_update_range(&volume);
+        check_against_cpu(renderer, &scene, "a void value");
+        scene.clip_plane_count = 1;
+        memcpy(scene.clip_planes[0].origin, scene.slice.origin, sizeof scene.slice.origin);
+        memcpy(scene.clip_planes[0].normal, (double[3]){ 1, 1, 0.3 }, sizeof scene.clip_planes[0].normal);
+        scene.render.jitter = true;
+        scene.linear_light = true;
+        scene.light_count = 2;
+        scene.lights[1] = (struct pel_light){ .headlight = false, .direction = { 1, 2, -1 }, .color = { 0.6, 0.5, 0.3 } };
+        scene.render.step = 0.8;
+        check_against_cpu(renderer, &scene, "clip plane, jitter, linear light, two lights");
+        pel_scene_finish(&scene);
+        pel_volume_finish(&volume);
+    }
+    pel_renderer_destroy(renderer);
+}
+
+/* Passing over cells leaves out nothing that can be seen: the same as without, but for rounding. */
+static void test_skipping(void **state)
+{
+    (void)state;
+    need_device();
+    struct pel_volume volume;
+    struct pel_scene scene;
+    struct pel_renderer *renderer = gpu_renderer();
+    make_typed(&volume, &scene, PEL_U8, blob);
+    for (int mode = 0; mode <= PEL_MODE_ISOSURFACE; mode++)
+        for (int azimuth = 0; azimuth < 360; azimuth += 60) {
+            struct pel_image with, without;
+            scene.render.mode = (enum pel_mode)mode;
+            pel_camera_azimuth(&scene.camera, 60);
+            scene.render.skip = true;
+            draw_gpu(renderer, &scene, WIDTH, HEIGHT, &with);
+            uint64_t taken = pel_renderer_stats(renderer)->counters[0].value;
+            scene.render.skip = false;
+            draw_gpu(renderer, &scene, WIDTH, HEIGHT, &without);
+            check_at_most(largest_difference(&with, &without), 1e-6, "mode %d, turned %d degrees: skipping", mode, azimuth);
+            if (mode == PEL_MODE_COMPOSITE || mode == PEL_MODE_ISOSURFACE)
+                check_at_most((double)taken, 0.8 * (double)pel_renderer_stats(renderer)->counters[0].value, "mode %d: samples taken", mode);
+            pel_image_finish(&with);
+            pel_image_finish(&without);
+        }
+    pel_renderer_destroy(renderer);
+    pel_scene_finish(&scene);
+    pel_volume_finish(&volume);
+}
+
+/* Against the reference at half a voxel, on a signal that is hard to sample. */
+static void test_reference(void **state)
+{
+    (void)state;
+    need_device();
+    struct pel_volume volume;
+    struct pel_scene scene;
+    struct pel_renderer *renderer = gpu_renderer();
+    make_typed(&volume, &scene, PEL_F32, blob);
+    const enum pel_mode modes[] = { PEL_MODE_COMPOSITE, PEL_MODE_ISOSURFACE, PEL_MODE_XRAY, PEL_MODE_MIP };
+    for (int i = 0; i < 4; i++) {
+        struct pel_image truth, gpu;
+        scene.render.mode = modes[i];
+        scene.render.shade = true;
+        draw(&scene, "reference", WIDTH, HEIGHT, &truth);
+        draw_gpu(renderer, &scene, WIDTH, HEIGHT, &gpu);
+        check_at_least(psnr(&truth, &gpu), 40, "mode %d: PSNR of the GPU against the reference, dB", modes[i]);
+        if (modes[i] == PEL_MODE_ISOSURFACE)
+            for (int p = 0; p < WIDTH * HEIGHT; p++)
+                if (isfinite(truth.depth[p]) && isfinite(gpu.depth[p]))
+                    check_at_most(fabs((double)truth.depth[p] - (double)gpu.depth[p]), 0.02, "depth of the isosurface, pixel %d", p);
+        pel_image_finish(&truth);
+        pel_image_finish(&gpu);
+    }
+    pel_renderer_destroy(renderer);
+    pel_scene_finish(&scene);
+    pel_volume_finish(&volume);
+}
+
+static long resident_kb(void)
+{
+    long pages = 0, resident = 0;
+    FILE *file = fopen("/proc/self/statm", "r");
+    if (file) {
+        if (fscanf(file, "%ld %ld", &pages, &resident) != 2)
+            resident = 0;
+        fclose(file);
+    }
+    return resident * (sysconf(_SC_PAGESIZE) / 1024);
+}
+
+/* A thousand renderers, one after the other: no GL object stays, and no memory. */
+static void test_nothing_stays(void **state)
+{
+    (void)state;
+    need_device();
+    struct pel_volume volume;
+    struct pel_scene scene;
+    struct pel_image image;
+    make_typed(&volume, &scene, PEL_U8, blob);
+    long before = 0;
+    for (int round = 0; round < ROUNDS; round++) {
+        struct pel_renderer *renderer = gpu_renderer();
+        draw_gpu(renderer, &scene, 16, 16, &image);
+        pel_image_finish(&image);
+        assert_true(pel_device_objects(device) > 0);
+        pel_renderer_destroy(renderer);
+        assert_int_equal(pel_device_objects(device), 0);
+        if (round == ROUNDS / 4)
+            before = resident_kb();
+    }
+#if !defined(__SANITIZE_ADDRESS__)
+    check_at_most((double)(resident_kb() - before), 8192, "KB that %d renderers left", ROUNDS * 3 / 4);
+#else
+    (void)before;
+#endif
+    pel_scene_finish(&scene);
+    pel_volume_finish(&volume);
+}
+
+/* A volume that is longer than the device's textures is refused by its sizes. */
+static void test_too_long(void **state)
+{
+    (void)state;
+    need_device();
+    struct pel_volume volume;
+    struct pel_scene scene;
+    struct pel_image image;
+    struct pel_error error = PEL_ERROR_INIT;
+    size_t most = (size_t)pel_device_describe(device)->max_texture_3d;
+    struct pel_renderer *renderer = gpu_renderer();
+    make_volume(&volume, most + 1, 2, 2, PEL_U8, constant_one);
+    make_scene(&scene, &volume, "0.5");
+    pel_image_init(&image);
+    assert_true(pel_image_allocate(&image, 8, 8, false, NULL));
+    assert_false(pel_renderer_draw(renderer, &scene, "raycast", &image, &error));
+    assert_int_equal(error.code, PEL_ERROR_UNSUPPORTED);
+    assert_non_null(strstr(error.message, "textures"));
+    pel_image_finish(&image);
+    pel_renderer_destroy(renderer);
+    pel_scene_finish(&scene);
+    pel_volume_finish(&volume);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_ways),      cmocka_unit_test(test_types_and_settings), cmocka_unit_test(test_skipping),
+        cmocka_unit_test(test_reference), cmocka_unit_test(test_nothing_stays),      cmocka_unit_test(test_too_long),
+    };
+    return cmocka_run_group_tests(tests, open_device, close_device);
+}

@@ -1,0 +1,64 @@
+/* SPDX-License-Identifier: MIT */
+/* --device: auto, cpu, gpu, gpu:N. */
+#include <glob.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "scene_arguments.h"
+
+/* Is there a device file of a GPU's driver? Opening EGL only to find software costs a tenth of a second, which is most of what a small picture takes. */
+static bool gpu_file_exists(void)
+{
+    static const char *const patterns[] = { "/dev/dri/renderD*", "/dev/nvidia[0-9]*", "/dev/dxg" };
+    bool found = false;
+    for (size_t i = 0; i < sizeof patterns / sizeof *patterns && !found; i++) {
+        glob_t paths;
+        found = glob(patterns[i], GLOB_NOSORT, NULL, &paths) == 0;
+        if (found)
+            globfree(&paths);
+    }
+    return found;
+}
+
+/* Hardware, or software where there is no CPU engine to take its place. */
+static void choose_automatically(struct loaded_scene *loaded, const struct pel_technique_info *technique)
+{
+    bool on_cpu = technique->engines & PEL_ENGINE_CPU;
+    struct pel_error why = PEL_ERROR_INIT;
+    if (on_cpu && !gpu_file_exists()) {
+        snprintf(loaded->device_note, sizeof loaded->device_note, "no GPU");
+        return;
+    }
+    loaded->device = pel_device_create(-1, NULL, &why);
+    if (!loaded->device) {
+        snprintf(loaded->device_note, sizeof loaded->device_note, "%.200s", why.message);
+    } else if (on_cpu && pel_device_describe(loaded->device)->software) {
+        snprintf(loaded->device_note, sizeof loaded->device_note, "the only GPU is software");
+        pel_device_destroy(loaded->device);
+        loaded->device = NULL;
+    }
+}
+
+bool scene_choose_device(struct loaded_scene *loaded, const struct scene_arguments *values, struct pel_error *error)
+{
+    const struct pel_technique_info *technique = pel_technique_find(loaded->technique);
+    const char *text = values->device;
+    if (strcmp(text, "auto") == 0) {
+        if (technique->engines & PEL_ENGINE_GPU)
+            choose_automatically(loaded, technique);
+        return true;
+    }
+    if (strcmp(text, "cpu") == 0)
+        return technique->engines & PEL_ENGINE_CPU || tool_fail(error, PEL_ERROR_ARGUMENT, "--device cpu: %s draws on a GPU alone", technique->name);
+    char *end = NULL;
+    long index = -1;
+    bool good = strncmp(text, "gpu", 3) == 0 && (!text[3] || (text[3] == ':' && text[4] >= '0' && text[4] <= '9'));
+    if (good && text[3])
+        index = strtol(text + 4, &end, 10);
+    if (!good || (end && *end) || index > 1000)
+        return tool_fail(error, PEL_ERROR_ARGUMENT, "--device: there is no %.40s; say auto, cpu, gpu, or gpu:N (`pellucid devices` lists them)", text);
+    if (!(technique->engines & PEL_ENGINE_GPU))
+        return tool_fail(error, PEL_ERROR_ARGUMENT, "--device %s: %s draws on the CPU alone", text, technique->name);
+    loaded->device = pel_device_create((int)index, NULL, error);
+    return loaded->device || tool_fail_in(error, "--device");
+}
