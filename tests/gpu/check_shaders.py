@@ -1,0 +1,63 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: MIT
+"""Shader texts: composed as the program does, with no GPU, and each variant put before glslang.  Usage: check_shaders.py COMPOSE FOLDER"""
+import itertools
+import os
+import shutil
+import subprocess
+import sys
+import tempfile
+
+compose, scratch = sys.argv[1], sys.argv[2]
+passed, failed = 0, 0
+
+
+def check(good, name, told=""):
+    global passed, failed
+    passed, failed = passed + bool(good), failed + (not good)
+    print("%s %d - %s%s" % ("ok" if good else "not ok", passed + failed, name, "" if good else ": " + str(told)))
+
+
+def text(name, defines="", folder=None):
+    env = dict(os.environ)
+    env.pop("PELLUCID_SHADERS", None)
+    if folder:
+        env["PELLUCID_SHADERS"] = folder
+    return subprocess.run([compose, name, defines], capture_output=True, text=True, env=env, check=False)
+
+
+files = subprocess.run([compose], capture_output=True, text=True, check=True).stdout.split()
+texts = {name: text(name).stdout for name in files}
+roots = [name for name in files if "void main()" in texts[name] and "uniform JobBlock" in texts[name]]
+check(len(roots) >= 10, "programs are found", roots)
+for name in roots:
+    own = texts[name]
+    check("#include" not in own.replace("// ", ""), name + ": every include is replaced")
+    check(own.startswith("#version 450 core\n") and own.count("layout(std140, binding = 0)") == 1, name + ": the version first, each file once")
+check("there is no shader file" in text("none.glsl").stderr, "a missing file is named", text("none.glsl").stderr)
+
+# A folder takes the place of embedded files; a missing or endless include is told with its place.
+with tempfile.TemporaryDirectory(dir=scratch) as folder:
+    with open(os.path.join(folder, "slice.glsl"), "w", encoding="utf-8") as f:
+        f.write("// another\n#include \"nowhere.glsl\"\n")
+    told = text("slice.glsl", "", folder).stderr
+    check("slice.glsl:2" in told and "nowhere.glsl" in told, "the place of a missing include", told)
+    with open(os.path.join(folder, "slice.glsl"), "w", encoding="utf-8") as f:
+        f.write("// another\n")
+    check("// another" in text("slice.glsl", "", folder).stdout, "a folder overrides")
+
+glslang = shutil.which("glslangValidator")
+common = ["", "VOIDS", "NEAREST", "SHADE", "HEADLIGHTS SHADE", "NEAREST SHADE", "VOIDS SHADE HEADLIGHTS"]
+own = {"composite.glsl": ["PRE", "PRE SHADE HEADLIGHTS VOIDS"], "extreme.glsl": ["MINIMUM", "MINIMUM VOIDS"],
+       "classify.glsl": ["MODE=%d MODE_MIP=1 MODE_MINIP=2 MODE_ISOSURFACE=5" % mode for mode in (0, 1, 2, 5)]}
+for name, defines in itertools.chain(((n, d) for n in roots for d in common if n != "classify.glsl"), ((n, d) for n, ds in own.items() for d in ds)):
+    if not glslang:
+        continue
+    source = text(name, defines).stdout
+    result = subprocess.run([glslang, "--stdin", "-S", "comp"], input=source, capture_output=True, text=True, check=False)
+    check(result.returncode == 0, "glslang: %s %s" % (name, defines), result.stdout)
+if not glslang:
+    print("ok %d - glslang # SKIP there is no glslangValidator; install glslang-tools" % (passed + failed + 1))
+    passed += 1
+print("1..%d" % (passed + failed))
+sys.exit(1 if failed else 0)
