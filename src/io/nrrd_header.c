@@ -29,6 +29,10 @@ struct lines {
     char *first, *text;
     size_t first_used, used;
     bool has_dimension;
+    int dimension;                       /* as far as it is a number */
+    struct {
+        int number, words;
+    } of_axes[2];                        /* the lines "kinds" and "centers", where they were: Teem forgets memory where they have too few words */
     char *data_file; /* the "data file" field's value, or NULL */
 };
 
@@ -138,9 +142,27 @@ static bool add_line(const struct lines *in, char *text, size_t *used, struct pe
     return true;
 }
 
+static void count_words(struct lines *in, int which, const char *values)
+{
+    int words = 0;
+    for (const char *c = values; *(c += strspn(c, " \t")); c += strcspn(c, " \t"))
+        words++;
+    in->of_axes[which].number = in->number;
+    in->of_axes[which].words = words;
+}
+
+static bool axes_have_words(const struct lines *in, struct pel_error *error)
+{
+    for (int i = 0; i < 2; i++)
+        if (in->of_axes[i].number && in->of_axes[i].words < in->dimension)
+            return pel_fail(error, PEL_ERROR_FORMAT, "line %d: %d words for %d axes", in->of_axes[i].number, in->of_axes[i].words, in->dimension);
+    return true;
+}
+
 static bool take_line(struct lines *in, struct pel_nrrd *head, struct pel_file_info *info, struct pel_error *error)
 {
     static const char *const data_file[] = { "datafile", NULL }, *const dimension[] = { "dimension", NULL };
+    static const char *const of_axes[2][3] = { { "kinds", NULL }, { "centers", "centerings", NULL } };
     const char *line = in->line, *colon = strstr(line, ": "), *pair = strstr(line, ":=");
     if (line[0] == '#')
         return true;
@@ -151,7 +173,13 @@ static bool take_line(struct lines *in, struct pel_nrrd *head, struct pel_file_i
         in->data_file = pel_strdup(colon + 2 + strspn(colon + 2, " \t"), error);
         return in->data_file != NULL;
     }
-    in->has_dimension = in->has_dimension || (colon && listed(line, name, dimension));
+    if (colon && listed(line, name, dimension)) {
+        in->has_dimension = true;
+        in->dimension = (int)strtol(colon + 2, NULL, 10);
+    }
+    for (int i = 0; colon && i < 2; i++)
+        if (listed(line, name, of_axes[i]))
+            count_words(in, i, colon + 2);
     if (colon && listed(line, name, teem_fields)) {
         if (ends_in_quotes(line))
             pel_info_note(info, "line %d of the header has a quotation mark too few and is left out", in->number);
@@ -312,12 +340,14 @@ bool pel_nrrd_read_header(struct pel_stream *stream, struct pel_nrrd *head, stru
     bool ok = in.text && read_lines(&in, head, info, error);
     if (ok && !in.has_dimension)
         ok = pel_fail(error, PEL_ERROR_FORMAT, "its header has no \"dimension\"");
-    if (ok) {
+    if (ok && axes_have_words(&in, error)) {
         memmove(in.first + in.first_used, in.text, in.used + 1);
         pel_teem_lock();
         ok = parse_fields(in.first, head, error);
         pel_teem_unlock();
         ok = ok && needed_fields_are_there(head, error);
+    } else {
+        ok = false;
     }
     free(in.line);
     free(in.first);
