@@ -39,26 +39,38 @@ static void choose_automatically(struct loaded_scene *loaded, const struct pel_t
     }
 }
 
-bool scene_choose_device(struct loaded_scene *loaded, const struct scene_arguments *values, struct pel_error *error)
+/* Of gpu and gpu:N: the device's number, -1 for the best. */
+static int device_number(const char *text)
+{
+    return text[3] ? (int)strtol(text + 4, NULL, 10) : -1;
+}
+
+bool scene_check_device(const struct loaded_scene *loaded, const struct scene_arguments *values, struct pel_error *error)
 {
     const struct pel_technique_info *technique = pel_technique_find(loaded->technique);
     const char *text = values->device;
-    if (strcmp(text, "auto") == 0) {
+    bool cpu = strcmp(text, "cpu") == 0;
+    size_t digits = strncmp(text, "gpu:", 4) == 0 ? strspn(text + 4, "0123456789") : 0;
+    bool gpu = strcmp(text, "gpu") == 0 || (digits > 0 && digits < 4 && !text[4 + digits]);
+    if (!cpu && !gpu && strcmp(text, "auto") != 0)
+        return tool_fail(error, PEL_ERROR_ARGUMENT, "--device: there is no %.40s; say auto, cpu, gpu, or gpu:N (`pellucid devices` lists them)", text);
+    if (cpu && !(technique->engines & PEL_ENGINE_CPU))
+        return tool_fail(error, PEL_ERROR_ARGUMENT, "--device cpu: %s draws on a GPU alone", technique->name);
+    if (gpu && !(technique->engines & PEL_ENGINE_GPU))
+        return tool_fail(error, PEL_ERROR_ARGUMENT, "--device %s: %s draws on the CPU alone", text, technique->name);
+    return true;
+}
+
+bool scene_open_device(struct loaded_scene *loaded, const struct scene_arguments *values, struct pel_error *error)
+{
+    const struct pel_technique_info *technique = pel_technique_find(loaded->technique);
+    if (strcmp(values->device, "cpu") == 0)
+        return true;
+    if (strcmp(values->device, "auto") == 0) {
         if (technique->engines & PEL_ENGINE_GPU)
             choose_automatically(loaded, technique);
         return true;
     }
-    if (strcmp(text, "cpu") == 0)
-        return technique->engines & PEL_ENGINE_CPU || tool_fail(error, PEL_ERROR_ARGUMENT, "--device cpu: %s draws on a GPU alone", technique->name);
-    char *end = NULL;
-    long index = -1;
-    bool good = strncmp(text, "gpu", 3) == 0 && (!text[3] || (text[3] == ':' && text[4] >= '0' && text[4] <= '9'));
-    if (good && text[3])
-        index = strtol(text + 4, &end, 10);
-    if (!good || (end && *end) || index > 1000)
-        return tool_fail(error, PEL_ERROR_ARGUMENT, "--device: there is no %.40s; say auto, cpu, gpu, or gpu:N (`pellucid devices` lists them)", text);
-    if (!(technique->engines & PEL_ENGINE_GPU))
-        return tool_fail(error, PEL_ERROR_ARGUMENT, "--device %s: %s draws on the CPU alone", text, technique->name);
-    loaded->device = pel_device_create((int)index, NULL, error);
+    loaded->device = pel_device_create(device_number(values->device), NULL, error);
     return loaded->device || tool_fail_in(error, "--device");
 }

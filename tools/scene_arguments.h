@@ -95,7 +95,8 @@ bool volume_load(const char *path, const char *array, const char *raw, bool scal
                  struct pel_volume *volume, struct pel_file_info *info, struct pel_error *error);
 
 /* Makes the scene's parts; used by scene_load. */
-bool scene_choose_device(struct loaded_scene *loaded, const struct scene_arguments *values, struct pel_error *error);
+bool scene_check_device(const struct loaded_scene *loaded, const struct scene_arguments *values, struct pel_error *error);
+bool scene_open_device(struct loaded_scene *loaded, const struct scene_arguments *values, struct pel_error *error);
 bool scene_set_transfer(struct loaded_scene *loaded, const struct arguments *arguments, const struct scene_arguments *values,
                         const struct pel_scene_parts *has, struct pel_error *error);
 bool scene_set_surfaces(struct loaded_scene *loaded, const struct arguments *arguments, const struct scene_arguments *values,

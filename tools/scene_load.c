@@ -161,7 +161,7 @@ static bool load(struct loaded_scene *loaded, const struct arguments *arguments,
     struct pel_scene_parts has = { 0 };
     struct pel_scene *scene = &loaded->scene;
     bool from_file = values->scene[0] != 0;
-    if (!check_arguments(arguments, values, error) || !choose_technique(loaded, values, error))
+    if (!check_arguments(arguments, values, error) || !choose_technique(loaded, values, error) || !scene_check_device(loaded, values, error))
         return false;
     if (from_file && !pel_read_scene(values->scene, scene, &has, error))
         return tool_fail_in(error, values->scene);
@@ -177,7 +177,7 @@ static bool load(struct loaded_scene *loaded, const struct arguments *arguments,
     if (!scene_set_transfer(loaded, arguments, values, &has, error) || !scene_set_surfaces(loaded, arguments, values, &has, error) ||
         !scene_set_camera(loaded, arguments, values, &has, error) || !pel_scene_check(scene, error))
         return false;
-    return scene_choose_device(loaded, values, error);
+    return scene_open_device(loaded, values, error);
 }
 
 bool scene_load(struct loaded_scene *loaded, const struct arguments *arguments, const struct scene_arguments *values, const char *path,

@@ -9,6 +9,7 @@
 #ifdef __cplusplus
 extern "C" {
 #endif
+#pragma GCC visibility push(default)
 
 struct pel_camera {
     double position[3];
@@ -46,6 +47,7 @@ void pel_camera_ray(const struct pel_camera *camera, int width, int height, doub
 /* Refuses what cannot be a view: non-finite numbers, position on the focal point, view-up along the view, an angle out of range. */
 bool pel_camera_check(const struct pel_camera *camera, struct pel_error *error);
 
+#pragma GCC visibility pop
 #ifdef __cplusplus
 }
 #endif

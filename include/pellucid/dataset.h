@@ -9,6 +9,7 @@
 #ifdef __cplusplus
 extern "C" {
 #endif
+#pragma GCC visibility push(default)
 
 /* One data set: its parameters live in a struct of its own that `options` describes; make them with pel_dataset_create_params. */
 struct pel_dataset {
@@ -30,6 +31,7 @@ void *pel_dataset_create_params(const struct pel_dataset *dataset);
 /* Computes into an initialised, empty volume. Range and name are set. */
 bool pel_dataset_make(const struct pel_dataset *dataset, const void *params, struct pel_volume *volume, struct pel_error *error);
 
+#pragma GCC visibility pop
 #ifdef __cplusplus
 }
 #endif

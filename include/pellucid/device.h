@@ -21,6 +21,7 @@
 #ifdef __cplusplus
 extern "C" {
 #endif
+#pragma GCC visibility push(default)
 
 /* What is known of a device. Texts are empty and numbers 0 where the driver did not tell. */
 struct pel_device_info {
@@ -77,6 +78,7 @@ const struct pel_device_info *pel_device_describe(const struct pel_device *devic
 /* Live GL objects (textures, buffers, programs, ...) that the library made on the device: 0 before it is destroyed, or something leaks. */
 int pel_device_objects(const struct pel_device *device);
 
+#pragma GCC visibility pop
 #ifdef __cplusplus
 }
 #endif

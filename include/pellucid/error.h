@@ -13,6 +13,7 @@
 #ifdef __cplusplus
 extern "C" {
 #endif
+#pragma GCC visibility push(default)
 
 enum pel_error_code {
     PEL_ERROR_NONE = 0,
@@ -38,6 +39,7 @@ struct pel_progress {
     void *user;
 };
 
+#pragma GCC visibility pop
 #ifdef __cplusplus
 }
 #endif

@@ -8,6 +8,7 @@
 #ifdef __cplusplus
 extern "C" {
 #endif
+#pragma GCC visibility push(default)
 
 struct pel_image {
     int width, height; /* pixels, 1 to PEL_IMAGE_MAX each */
@@ -33,6 +34,7 @@ struct pel_metrics {
 /* Fails with PEL_ERROR_ARGUMENT where the sizes differ. */
 bool pel_image_compare(const struct pel_image *a, const struct pel_image *b, struct pel_metrics *metrics, struct pel_error *error);
 
+#pragma GCC visibility pop
 #ifdef __cplusplus
 }
 #endif

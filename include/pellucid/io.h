@@ -14,6 +14,7 @@
 #ifdef __cplusplus
 extern "C" {
 #endif
+#pragma GCC visibility push(default)
 
 struct pel_read_params {
     const char *array; /* name of the array to read from a file that has several; NULL: its active or first scalar array, else its first */
@@ -89,6 +90,7 @@ struct pel_scene_parts {
 bool pel_read_scene(const char *path, struct pel_scene *scene, struct pel_scene_parts *has, struct pel_error *error);
 bool pel_write_scene(const char *path, const struct pel_scene *scene, struct pel_error *error);
 
+#pragma GCC visibility pop
 #ifdef __cplusplus
 }
 #endif

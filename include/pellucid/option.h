@@ -15,6 +15,7 @@
 #ifdef __cplusplus
 extern "C" {
 #endif
+#pragma GCC visibility push(default)
 
 /* The C type of the field and how its text is read. */
 enum pel_option_type {
@@ -56,6 +57,7 @@ bool pel_option_set(const struct pel_option *row, void *object, const char *text
 /* Writes the field as text that pel_option_set reads back to the same value. Returns the length that it has, like snprintf. */
 int pel_option_get(const struct pel_option *row, const void *object, char *text, size_t size);
 
+#pragma GCC visibility pop
 #ifdef __cplusplus
 }
 #endif

@@ -12,6 +12,7 @@
 #ifdef __cplusplus
 extern "C" {
 #endif
+#pragma GCC visibility push(default)
 
 /* Engines a technique runs on. */
 enum { PEL_ENGINE_CPU = 1 << 0, PEL_ENGINE_GPU = 1 << 1 };
@@ -75,6 +76,7 @@ const struct pel_frame_stats *pel_renderer_stats(const struct pel_renderer *rend
 /* Forgets what was prepared from the volume: call it after changing samples in place. */
 void pel_renderer_invalidate(struct pel_renderer *renderer);
 
+#pragma GCC visibility pop
 #ifdef __cplusplus
 }
 #endif

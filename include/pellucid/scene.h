@@ -13,6 +13,7 @@
 #ifdef __cplusplus
 extern "C" {
 #endif
+#pragma GCC visibility push(default)
 
 enum pel_mode {
     PEL_MODE_COMPOSITE,  /* emission and absorption, front to back (equation 1.8 of the dissertation, paper 002) */
@@ -119,6 +120,7 @@ void pel_scene_fit_camera(struct pel_scene *scene, int width, int height);
  * PEL_MODE_ISOSURFACE, a zero normal. */
 bool pel_scene_check(const struct pel_scene *scene, struct pel_error *error);
 
+#pragma GCC visibility pop
 #ifdef __cplusplus
 }
 #endif

@@ -10,6 +10,7 @@
 #ifdef __cplusplus
 extern "C" {
 #endif
+#pragma GCC visibility push(default)
 
 /* Values are those of the samples, or their Euclidean length where a sample has several components. */
 struct pel_statistics {
@@ -38,6 +39,7 @@ bool pel_histogram_init(struct pel_histogram *histogram, const struct pel_volume
                         bool with_gradient, struct pel_error *error);
 void pel_histogram_finish(struct pel_histogram *histogram);
 
+#pragma GCC visibility pop
 #ifdef __cplusplus
 }
 #endif

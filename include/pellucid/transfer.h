@@ -13,6 +13,7 @@
 #ifdef __cplusplus
 extern "C" {
 #endif
+#pragma GCC visibility push(default)
 
 struct pel_color_point {
     double value;
@@ -81,6 +82,7 @@ const char *pel_colormap_name(size_t index);
 /* Colour of a named map at t in 0..1; false where there is no such map. */
 bool pel_colormap_lookup(const char *name, double t, double rgb[3]);
 
+#pragma GCC visibility pop
 #ifdef __cplusplus
 }
 #endif

@@ -6,6 +6,7 @@
 #ifdef __cplusplus
 extern "C" {
 #endif
+#pragma GCC visibility push(default)
 
 #define PEL_VERSION_MAJOR 0
 #define PEL_VERSION_MINOR 1
@@ -14,6 +15,7 @@ extern "C" {
 /* "0.1.0" */
 const char *pel_version(void);
 
+#pragma GCC visibility pop
 #ifdef __cplusplus
 }
 #endif

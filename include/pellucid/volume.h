@@ -18,6 +18,7 @@
 #ifdef __cplusplus
 extern "C" {
 #endif
+#pragma GCC visibility push(default)
 
 /* Type of one stored number. */
 enum pel_type { PEL_U8, PEL_I8, PEL_U16, PEL_I16, PEL_U32, PEL_I32, PEL_F32, PEL_F64, PEL_TYPE_COUNT };
@@ -108,6 +109,7 @@ bool pel_volume_detect_labels(struct pel_volume *volume);
 /* A new one-component f32 volume with the length of each vector of `field`, same placement. Sample is void where any component is. */
 bool pel_volume_magnitude(const struct pel_volume *field, struct pel_volume *magnitude, struct pel_error *error);
 
+#pragma GCC visibility pop
 #ifdef __cplusplus
 }
 #endif

@@ -88,6 +88,17 @@ with Folder() as folder:
     fine("over the pole", *base, "-o", one, "--elevation", "70")
     check(colours(one) > 3, "it shows something")
 
+    # The GPU engine, where there is a device (or software in its place): nearly the same picture.
+    devices = run("devices", "--json").json()["devices"]
+    if any(d["usable"] for d in devices):
+        fine("on the CPU", *base, "-o", folder / "cpu.png", "--device", "cpu")
+        fine("on a GPU", *base, "-o", folder / "gpu.png", "--device", "gpu")
+        fine("alike", "compare", folder / "cpu.png", folder / "gpu.png", "--psnr-min", "45")
+        fine("on a GPU by number", *base, "-o", folder / "gpu.png", "--device", "gpu:%d" % [d["index"] for d in devices if d["usable"]][0])
+        fails("a GPU that is not there", 2, "--device", *base, "-o", folder / "none.png", "--device", "gpu:99")
+    else:
+        fails("no GPU", 1, "there is no GPU", *base, "-o", folder / "none.png", "--device", "gpu")
+
     # A scene repeats its picture, byte by byte, and flags override it.
     fine("a colour map file", *base, "-o", one, "--colormap", "viridis")
     SCENES = {"plain": [], "curve": ["--opacity", "0:0,0.4:0.1,1:0.9", "--colormap", "plasma", "--unit-distance", "0.1"],
@@ -168,7 +179,7 @@ with Folder() as folder:
         result = fine("bench", "bench", volume, "--size", "24", "--frames", "3", "--warmup", "1", "--json", *words)
         told = result.json()
         check(list(told) == ["frame_ms", "first_frame_ms", "transfer_change_ms", "isovalue_change_ms", "samples_taken", "samples_skipped",
-                             "peak_memory_mb", "volume_mb", "load_ms", "threads", "isa", "technique", "size"], "bench's keys", list(told))
+                             "peak_memory_mb", "volume_mb", "load_ms", "threads", "device", "isa", "technique", "size"], "bench's keys", list(told))
         check(set(told["frame_ms"]) == {"median", "min", "max", "all"} and len(told["frame_ms"]["all"]) == 3 and told["samples_taken"] > 0 and
               told["size"] == [24, 24] and (told["isovalue_change_ms"] is None) == (not words) and
               told["frame_ms"]["min"] <= told["frame_ms"]["median"] <= told["frame_ms"]["max"], "bench's values", told)
