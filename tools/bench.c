@@ -219,8 +219,8 @@ static void print_series(const char *label, const struct series *series)
 static void print_text(const struct bench *bench)
 {
     const struct pel_frame_stats *stats = pel_renderer_stats(bench->renderer);
-    printf("%s, %dx%d, %d thread%s, %s\n", stats->technique, bench->image.width, bench->image.height, stats->threads, stats->threads == 1 ? "" : "s",
-           stats->isa ? stats->isa : stats->device);
+    printf("%s, %dx%d, %d thread%s, %s\n", stats->technique, bench->image.width, bench->image.height, stats->threads,
+           stats->threads == 1 ? "" : "s", stats->isa ? stats->isa : stats->device);
     printf("%-22s %9.2f ms\n", "load", bench->loaded->load_ms);
     printf("%-22s %9.2f ms\n", "first frame", bench->first_ms);
     print_series("frame, orbiting", &bench->frames);
@@ -228,7 +228,8 @@ static void print_text(const struct bench *bench)
     print_series("after isovalue change", &bench->isovalue);
     printf("%-22s %12.0f a frame\n", "samples taken", series_median(&bench->taken));
     printf("%-22s %12.0f a frame\n", "samples skipped", series_median(&bench->skipped));
-    printf("%-22s %9.1f MB   (volume %.1f MB)\n", "peak memory", peak_memory_mb(), (double)pel_volume_bytes(&bench->loaded->volume) / 1048576);
+    printf("%-22s %9.1f MB   (volume %.1f MB)\n", "peak memory", peak_memory_mb(),
+           (double)pel_volume_bytes(&bench->loaded->volume) / 1048576);
 }
 
 static int run(const struct command *command, int argc, char **argv)
@@ -268,11 +269,14 @@ const struct command command_bench = {
     .name = "bench",
     .summary = "Measure what a frame costs",
     .usage = "FILE [options]",
-    .description = "Takes the options of render. Draws frames while the camera orbits; then, with the camera of the first frame, after each of a series of "
-                   "changes of the transfer function (the inner points of the opacity curve moved together by 2, -2, 4, -4, ... 255ths of the values' "
-                   "range), and in mode isosurface after changes of the isovalue by as much. A change's time is from the edit to the picture.\n\n"
-                   "--json prints frame_ms, transfer_change_ms and isovalue_change_ms (each median, min, max and all, or null), first_frame_ms, samples_taken "
-                   "and samples_skipped (medians), peak_memory_mb and volume_mb (of 1048576 bytes), load_ms, threads, isa, technique and size.",
+    .description =
+        "Takes the options of render. Draws frames while the camera orbits; then, with the camera of the first frame, after each of a "
+        "series of "
+        "changes of the transfer function (the inner points of the opacity curve moved together by 2, -2, 4, -4, ... 255ths of the values' "
+        "range), and in mode isosurface after changes of the isovalue by as much. A change's time is from the edit to the picture.\n\n"
+        "--json prints frame_ms, transfer_change_ms and isovalue_change_ms (each median, min, max and all, or null), first_frame_ms, "
+        "samples_taken "
+        "and samples_skipped (medians), peak_memory_mb and volume_mb (of 1048576 bytes), load_ms, threads, isa, technique and size.",
     .examples = "  pellucid bench head.nrrd --shade --json\n"
                 "  pellucid bench head.nrrd --isovalue 90 --size 1024 --frames 15",
     .groups = groups,

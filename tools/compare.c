@@ -12,9 +12,12 @@ struct values {
 
 #define FIELD(name) offsetof(struct values, name)
 static const struct pel_option rows[] = {
-    { "psnr-min", "Least PSNR", "Alike only from this peak signal-to-noise ratio on", PEL_OPTION_DOUBLE, FIELD(psnr_min), 0, 999, NULL, NULL, "dB" },
-    { "ssim-min", "Least SSIM", "Alike only from this structural similarity on", PEL_OPTION_DOUBLE, FIELD(ssim_min), -1, 1, NULL, NULL, NULL },
-    { "max-error", "Greatest error", "Alike only where no channel differs by more", PEL_OPTION_DOUBLE, FIELD(max_error), 0, 1, NULL, NULL, NULL },
+    { "psnr-min", "Least PSNR", "Alike only from this peak signal-to-noise ratio on", PEL_OPTION_DOUBLE, FIELD(psnr_min), 0, 999, NULL,
+      NULL, "dB" },
+    { "ssim-min", "Least SSIM", "Alike only from this structural similarity on", PEL_OPTION_DOUBLE, FIELD(ssim_min), -1, 1, NULL, NULL,
+      NULL },
+    { "max-error", "Greatest error", "Alike only where no channel differs by more", PEL_OPTION_DOUBLE, FIELD(max_error), 0, 1, NULL, NULL,
+      NULL },
     { "json", "JSON", "Print one JSON object", PEL_OPTION_BOOL, FIELD(json), 0, 0, "false", NULL, NULL },
     { NULL },
 };
@@ -75,8 +78,8 @@ static bool compare(const struct arguments *arguments, const struct values *valu
             goto cleanup;
         }
         /* Unlike, not a wrong use: the files decide it. */
-        tool_fail(error, PEL_ERROR_FORMAT, "the pictures differ in size: %dx%d and %dx%d", images[0].width, images[0].height, images[1].width,
-                  images[1].height);
+        tool_fail(error, PEL_ERROR_FORMAT, "the pictures differ in size: %dx%d and %dx%d", images[0].width, images[0].height,
+                  images[1].width, images[1].height);
         goto cleanup;
     }
     if (!pel_image_compare(&images[0], &images[1], &metrics, error))
@@ -111,9 +114,11 @@ const struct command command_compare = {
     .summary = "Tell how alike two pictures are",
     .usage = "A B [options]",
     .description = "Reads PNG and float NRRD pictures. Channels are compared as premultiplied values from 0 to 1.\n\n"
-                   "The exit status is 0 where the pictures are within the given limits (always, where none is given), and 1 where they are not, or differ in "
+                   "The exit status is 0 where the pictures are within the given limits (always, where none is given), and 1 where they "
+                   "are not, or differ in "
                    "size.\n\n"
-                   "--json prints psnr (dB; 999 for equal pictures), ssim, max_error, differing_pixels (pixels with a channel that differs by more than "
+                   "--json prints psnr (dB; 999 for equal pictures), ssim, max_error, differing_pixels (pixels with a channel that differs "
+                   "by more than "
                    "0.1), identical, alike, same_size and size (not of pictures that differ in it).",
     .examples = "  pellucid compare a.png b.png\n"
                 "  pellucid compare a.png b.png --psnr-min 40 --max-error 0.1 && echo alike",

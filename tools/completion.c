@@ -175,7 +175,8 @@ static void zsh_option(const struct command *command, const struct pel_option *r
 
 static void print_zsh(void)
 {
-    printf("#compdef pellucid\n# zsh completion of pellucid; made by `pellucid completion zsh`\n_pellucid()\n{\n    local -a commands\n    commands=(\n");
+    printf("#compdef pellucid\n# zsh completion of pellucid; made by `pellucid completion zsh`\n_pellucid()\n{\n    local -a commands\n    "
+           "commands=(\n");
     for (size_t i = 0; command_at(i); i++) {
         printf("        '%s:", command_at(i)->name);
         quoted(command_at(i)->summary, true);

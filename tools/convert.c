@@ -23,22 +23,25 @@ static const char *const space_names[] = { "keep", "RAS", "LPS", NULL };
 #define FIELD(name) offsetof(struct values, name)
 static const struct pel_option rows[] = {
     { "type", "Type", "Number type to convert to", PEL_OPTION_CHOICE, FIELD(type), 0, 0, "keep", type_names, NULL },
-    { "range", "Range", "Values to stretch over all that the new type holds (0 to 1 for f32 and f64); needs --type", PEL_OPTION_VEC2, FIELD(range), -DBL_MAX,
-      DBL_MAX, NULL, NULL, "data values" },
-    { "space", "Space", "What the world axes shall mean: the placement is turned, the samples stay", PEL_OPTION_CHOICE, FIELD(space), 0, 0, "keep",
-      space_names, NULL },
-    { "spacing", "Spacing", "Distance between samples along each axis, in place of the file's", PEL_OPTION_VEC3, FIELD(spacing), PEL_LEAST_SPACING, PEL_MOST_SPACING, NULL, NULL,
-      "world" },
+    { "range", "Range", "Values to stretch over all that the new type holds (0 to 1 for f32 and f64); needs --type", PEL_OPTION_VEC2,
+      FIELD(range), -DBL_MAX, DBL_MAX, NULL, NULL, "data values" },
+    { "space", "Space", "What the world axes shall mean: the placement is turned, the samples stay", PEL_OPTION_CHOICE, FIELD(space), 0, 0,
+      "keep", space_names, NULL },
+    { "spacing", "Spacing", "Distance between samples along each axis, in place of the file's", PEL_OPTION_VEC3, FIELD(spacing),
+      PEL_LEAST_SPACING, PEL_MOST_SPACING, NULL, NULL, "world" },
     { "magnitude", "Magnitude", "Write the length of each vector", PEL_OPTION_BOOL, FIELD(magnitude), 0, 0, "false", NULL, NULL },
     { "array", "Array", "Which array of a file that holds several", PEL_OPTION_TEXT, FIELD(array), 0, 0, NULL, NULL, NULL },
-    { "raw", "Raw layout", "Read raw samples of this layout: 256x256x256:u8, 64x64x64:f32:be+1024 (skips 1024 bytes)", PEL_OPTION_TEXT, FIELD(raw), 0, 0,
-      NULL, NULL, NULL },
+    { "raw", "Raw layout", "Read raw samples of this layout: 256x256x256:u8, 64x64x64:f32:be+1024 (skips 1024 bytes)", PEL_OPTION_TEXT,
+      FIELD(raw), 0, 0, NULL, NULL, NULL },
     { "compress", "Compress", "Compress inside the format, where it can", PEL_OPTION_BOOL, FIELD(compress), 0, 0, "false", NULL, NULL },
     { "quiet", "Quiet", "No notes and no progress bar", PEL_OPTION_BOOL, FIELD(quiet), 0, 0, "false", NULL, NULL },
     { NULL },
 };
-static const struct option_extra extras[] = { { "array", 0, "NAME", NULL, false }, { "raw", 0, "LAYOUT", NULL, false }, { "range", 0, "LO,HI", NULL, false },
-                                              { "quiet", 'q', NULL, NULL, false }, { NULL } };
+static const struct option_extra extras[] = { { "array", 0, "NAME", NULL, false },
+                                              { "raw", 0, "LAYOUT", NULL, false },
+                                              { "range", 0, "LO,HI", NULL, false },
+                                              { "quiet", 'q', NULL, NULL, false },
+                                              { NULL } };
 static const struct option_group groups[] = { { "Options", rows, extras }, { NULL } };
 
 static double number_at(const void *data, enum pel_type type, size_t i)
@@ -96,8 +99,9 @@ static void number_put(void *data, enum pel_type type, size_t i, double value)
 static void type_limits(enum pel_type type, double limits[2])
 {
     static const double table[PEL_TYPE_COUNT][2] = {
-        [PEL_U8] = { 0, UINT8_MAX },          [PEL_I8] = { INT8_MIN, INT8_MAX },   [PEL_U16] = { 0, UINT16_MAX },       [PEL_I16] = { INT16_MIN, INT16_MAX },
-        [PEL_U32] = { 0, UINT32_MAX },        [PEL_I32] = { INT32_MIN, INT32_MAX }, [PEL_F32] = { -FLT_MAX, FLT_MAX }, [PEL_F64] = { -DBL_MAX, DBL_MAX },
+        [PEL_U8] = { 0, UINT8_MAX },          [PEL_I8] = { INT8_MIN, INT8_MAX }, [PEL_U16] = { 0, UINT16_MAX },
+        [PEL_I16] = { INT16_MIN, INT16_MAX }, [PEL_U32] = { 0, UINT32_MAX },     [PEL_I32] = { INT32_MIN, INT32_MAX },
+        [PEL_F32] = { -FLT_MAX, FLT_MAX },    [PEL_F64] = { -DBL_MAX, DBL_MAX },
     };
     limits[0] = table[type][0];
     limits[1] = table[type][1];
@@ -166,8 +170,11 @@ static bool convert_type(struct pel_volume *volume, enum pel_type type, const do
     }
     if (!keeps || mistaken) {
         pel_volume_finish(&to);
-        return keeps ? tool_fail(error, PEL_ERROR_UNSUPPORTED, "%zu samples would become %g, which stands for no data; choose another --type or --range", mistaken, volume->void_value)
-                     : tool_fail(error, PEL_ERROR_UNSUPPORTED, "%s cannot hold %g, which stands for no data; choose another --type", pel_type_name(type), volume->void_value);
+        return keeps ? tool_fail(error, PEL_ERROR_UNSUPPORTED,
+                                 "%zu samples would become %g, which stands for no data; choose another --type or --range", mistaken,
+                                 volume->void_value)
+                     : tool_fail(error, PEL_ERROR_UNSUPPORTED, "%s cannot hold %g, which stands for no data; choose another --type",
+                                 pel_type_name(type), volume->void_value);
     }
     losses->nans += stretched.nans;
     pel_volume_finish(volume);
@@ -222,8 +229,10 @@ static bool check_output(const char *in, const char *out, struct pel_error *erro
     for (size_t i = 0; detached && i < sizeof endings / sizeof endings[0]; i++) {
         int length = snprintf(data, sizeof data, "%.*s%s", (int)(dot - out), out, endings[i]);
         if (length < (int)sizeof data && tool_reads_from(in, data))
-            return tool_fail(error, PEL_ERROR_ARGUMENT, "%.300s: its data would replace %.300s, which the input is read from; choose another name or an "
-                             "attached format (.mha, .nrrd)", out, data);
+            return tool_fail(error, PEL_ERROR_ARGUMENT,
+                             "%.300s: its data would replace %.300s, which the input is read from; choose another name or an "
+                             "attached format (.mha, .nrrd)",
+                             out, data);
     }
     return true;
 }
@@ -267,7 +276,8 @@ const struct command command_convert = {
     .name = "convert",
     .summary = "Write a volume in another format or number type",
     .usage = "IN OUT [options]",
-    .description = "The format of OUT is told by its ending: .nrrd, .nhdr, .vti, .mha, .mhd or .raw. Placement, units and name are kept where the format can "
+    .description = "The format of OUT is told by its ending: .nrrd, .nhdr, .vti, .mha, .mhd or .raw. Placement, units and name are kept "
+                   "where the format can "
                    "hold them; so is the number type where --type does not say otherwise.",
     .examples = "  pellucid convert scan.nii.gz scan.nrrd --compress\n"
                 "  pellucid convert dicom-folder/ scan.mha --space RAS\n"

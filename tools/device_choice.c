@@ -6,7 +6,8 @@
 
 #include "scene_arguments.h"
 
-/* Is there a device file of a GPU's driver? Opening EGL only to find software costs a tenth of a second, which is most of what a small picture takes. */
+/* Is there a device file of a GPU's driver? Opening EGL only to find software costs a tenth of a second, which is most of what a small
+ * picture takes. */
 static bool gpu_file_exists(void)
 {
     static const char *const patterns[] = { "/dev/dri/renderD*", "/dev/nvidia[0-9]*", "/dev/dxg" };
@@ -53,7 +54,8 @@ bool scene_check_device(const struct loaded_scene *loaded, const struct scene_ar
     size_t digits = strncmp(text, "gpu:", 4) == 0 ? strspn(text + 4, "0123456789") : 0;
     bool gpu = strcmp(text, "gpu") == 0 || (digits > 0 && digits < 4 && !text[4 + digits]);
     if (!cpu && !gpu && strcmp(text, "auto") != 0)
-        return tool_fail(error, PEL_ERROR_ARGUMENT, "--device: there is no %.40s; say auto, cpu, gpu, or gpu:N (`pellucid devices` lists them)", text);
+        return tool_fail(error, PEL_ERROR_ARGUMENT,
+                         "--device: there is no %.40s; say auto, cpu, gpu, or gpu:N (`pellucid devices` lists them)", text);
     if (cpu && !(technique->engines & PEL_ENGINE_CPU))
         return tool_fail(error, PEL_ERROR_ARGUMENT, "--device cpu: %s draws on a GPU alone", technique->name);
     if (gpu && !(technique->engines & PEL_ENGINE_GPU))

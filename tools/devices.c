@@ -12,20 +12,21 @@ struct values {
 };
 
 static const struct pel_option rows[] = {
-    { "json", "JSON", "Print a JSON object with the list devices and, where it is empty, the reason", PEL_OPTION_BOOL, offsetof(struct values, json), 0, 0,
-      "false", NULL, NULL },
+    { "json", "JSON", "Print a JSON object with the list devices and, where it is empty, the reason", PEL_OPTION_BOOL,
+      offsetof(struct values, json), 0, 0, "false", NULL, NULL },
     { NULL },
 };
 static const struct option_group groups[] = { { "Options", rows, NULL }, { NULL } };
 
 static json_t *json_device(int index, const struct pel_device_info *d)
 {
-    json_t *limits = json_pack("{s:i, s:i, s:i, s:I, s:i}", "texture_2d", d->max_texture_2d, "texture_3d", d->max_texture_3d, "array_layers",
-                               d->max_array_layers, "storage_buffer_bytes", (json_int_t)d->max_storage_buffer_bytes, "compute_invocations",
-                               d->max_compute_invocations);
-    return json_pack("{s:i, s:o, s:o, s:o, s:s, s:o, s:b, s:b, s:b, s:o, s:I, s:o}", "index", index, "name", json_text(d->name), "vendor", json_text(d->vendor),
-                     "version", json_text(d->version), "path", d->path, "node", json_text(d->node), "software", d->software, "usable", d->usable, "chosen",
-                     d->chosen, "note", json_text(d->note), "memory_bytes", (json_int_t)d->memory_bytes, "limits", limits);
+    json_t *limits = json_pack("{s:i, s:i, s:i, s:I, s:i}", "texture_2d", d->max_texture_2d, "texture_3d", d->max_texture_3d,
+                               "array_layers", d->max_array_layers, "storage_buffer_bytes", (json_int_t)d->max_storage_buffer_bytes,
+                               "compute_invocations", d->max_compute_invocations);
+    return json_pack("{s:i, s:o, s:o, s:o, s:s, s:o, s:b, s:b, s:b, s:o, s:I, s:o}", "index", index, "name", json_text(d->name), "vendor",
+                     json_text(d->vendor), "version", json_text(d->version), "path", d->path, "node", json_text(d->node), "software",
+                     d->software, "usable", d->usable, "chosen", d->chosen, "note", json_text(d->note), "memory_bytes",
+                     (json_int_t)d->memory_bytes, "limits", limits);
 }
 
 /* "2 GiB", "79.6 GiB", "128 MiB". */
@@ -49,8 +50,9 @@ static void print_device(int index, const struct pel_device_info *d)
             printf("   memory: the machine's\n");
         else
             printf("   memory: %s\n", d->memory_bytes ? bytes_text(d->memory_bytes, text, sizeof text) : "not told by the driver");
-        printf("   limits: textures %d (2D), %d (3D), %d layers; storage buffers of %s; work groups of %d\n", d->max_texture_2d, d->max_texture_3d,
-               d->max_array_layers, bytes_text(d->max_storage_buffer_bytes, text, sizeof text), d->max_compute_invocations);
+        printf("   limits: textures %d (2D), %d (3D), %d layers; storage buffers of %s; work groups of %d\n", d->max_texture_2d,
+               d->max_texture_3d, d->max_array_layers, bytes_text(d->max_storage_buffer_bytes, text, sizeof text),
+               d->max_compute_invocations);
     }
     printf("   %s\n", d->note);
 }
@@ -88,7 +90,8 @@ const struct command command_devices = {
     .name = "devices",
     .summary = "List the GPUs, what they can do, and which is chosen",
     .usage = "[--json]",
-    .description = "Devices are found through EGL; no display is needed. Their numbers are EGL's order. Where there is none, it says why and succeeds: the CPU "
+    .description = "Devices are found through EGL; no display is needed. Their numbers are EGL's order. Where there is none, it says why "
+                   "and succeeds: the CPU "
                    "engine needs none.",
     .groups = groups,
     .run = run,

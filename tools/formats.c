@@ -12,9 +12,10 @@ static int run(const struct command *command, int argc, char **argv)
     const struct pel_format_info *format;
     printf("Volumes and fields\n");
     for (size_t i = 0; (format = pel_format_at(i)); i++)
-        printf("  %-10s %-5s %-6s %-24s %s\n", format->name, format->reads ? "read" : "", format->writes ? "write" : "", format->endings, format->summary);
-    printf("\nPictures\n  %-10s %-5s %-6s %-24s %s\n  %-10s %-5s %-6s %-24s %s\n", "png", "read", "write", ".png", "8 bits a channel, sRGB", "nrrd", "read",
-           "write", ".nrrd", "float RGBA, premultiplied; depth");
+        printf("  %-10s %-5s %-6s %-24s %s\n", format->name, format->reads ? "read" : "", format->writes ? "write" : "", format->endings,
+               format->summary);
+    printf("\nPictures\n  %-10s %-5s %-6s %-24s %s\n  %-10s %-5s %-6s %-24s %s\n", "png", "read", "write", ".png", "8 bits a channel, sRGB",
+           "nrrd", "read", "write", ".nrrd", "float RGBA, premultiplied; depth");
     printf("\nColour maps\n ");
     const char *name;
     int column = 1;

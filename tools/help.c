@@ -40,7 +40,8 @@ void option_facts(const struct pel_option *row, const struct option_extra *extra
         snprintf(part, sizeof part, "default %s", row->fallback);
         append(text, size, "; ", part);
     }
-    bool number = row->type != PEL_OPTION_BOOL && row->type != PEL_OPTION_CHOICE && row->type != PEL_OPTION_COLOR && row->type != PEL_OPTION_TEXT;
+    bool number =
+        row->type != PEL_OPTION_BOOL && row->type != PEL_OPTION_CHOICE && row->type != PEL_OPTION_COLOR && row->type != PEL_OPTION_TEXT;
     if (number && row->minimum < row->maximum) {
         bool low = row->minimum > -UNBOUNDED, high = row->maximum < UNBOUNDED;
         if (low && high)

@@ -17,17 +17,22 @@ struct values {
 
 static const struct pel_option rows[] = {
     { "json", "JSON", "Print one JSON object", PEL_OPTION_BOOL, offsetof(struct values, json), 0, 0, "false", NULL, NULL },
-    { "histogram", "Histogram", "Add a histogram of the values, as text", PEL_OPTION_BOOL, offsetof(struct values, histogram), 0, 0, "false", NULL, NULL },
-    { "array", "Array", "Which array of a file that holds several", PEL_OPTION_TEXT, offsetof(struct values, array), 0, 0, NULL, NULL, NULL },
+    { "histogram", "Histogram", "Add a histogram of the values, as text", PEL_OPTION_BOOL, offsetof(struct values, histogram), 0, 0,
+      "false", NULL, NULL },
+    { "array", "Array", "Which array of a file that holds several", PEL_OPTION_TEXT, offsetof(struct values, array), 0, 0, NULL, NULL,
+      NULL },
     { "raw", "Raw layout", "Read raw samples of this layout: 256x256x256:u8, 64x64x64:f32:be+1024 (skips 1024 bytes)", PEL_OPTION_TEXT,
       offsetof(struct values, raw), 0, 0, NULL, NULL, NULL },
-    { "void", "Void value", "Samples with this value stand for no data", PEL_OPTION_DOUBLE, offsetof(struct values, void_value), -DBL_MAX, DBL_MAX, NULL,
-      NULL, "data value" },
+    { "void", "Void value", "Samples with this value stand for no data", PEL_OPTION_DOUBLE, offsetof(struct values, void_value), -DBL_MAX,
+      DBL_MAX, NULL, NULL, "data value" },
     { "quiet", "Quiet", "No notes and no progress bar", PEL_OPTION_BOOL, offsetof(struct values, quiet), 0, 0, "false", NULL, NULL },
     { NULL },
 };
-static const struct option_extra extras[] = { { "array", 0, "NAME", NULL, false }, { "raw", 0, "LAYOUT", NULL, false }, { "void", 0, "VALUE", NULL, false },
-                                              { "quiet", 'q', NULL, NULL, false }, { NULL } };
+static const struct option_extra extras[] = { { "array", 0, "NAME", NULL, false },
+                                              { "raw", 0, "LAYOUT", NULL, false },
+                                              { "void", 0, "VALUE", NULL, false },
+                                              { "quiet", 'q', NULL, NULL, false },
+                                              { NULL } };
 static const struct option_group groups[] = { { "Options", rows, extras }, { NULL } };
 
 static json_t *json_direction(const struct pel_volume *volume)
@@ -42,8 +47,8 @@ static json_t *json_arrays(const struct pel_file_info *info)
 {
     json_t *list = json_array();
     for (int i = 0; i < info->array_count; i++)
-        json_array_append_new(list, json_pack("{s:o, s:s, s:i}", "name", json_text(info->arrays[i].name), "type", pel_type_name(info->arrays[i].type),
-                                              "components", info->arrays[i].components));
+        json_array_append_new(list, json_pack("{s:o, s:s, s:i}", "name", json_text(info->arrays[i].name), "type",
+                                              pel_type_name(info->arrays[i].type), "components", info->arrays[i].components));
     return list;
 }
 
@@ -91,8 +96,9 @@ static void print_placement(const struct pel_volume *v)
     pel_volume_bounds(v, bounds);
     printf("spacing     %.9g x %.9g x %.9g%s%s\n", v->spacing[0], v->spacing[1], v->spacing[2], v->units[0] ? " " : "", v->units);
     printf("origin      %.9g, %.9g, %.9g\n", v->origin[0], v->origin[1], v->origin[2]);
-    printf("direction   x: %.6g, %.6g, %.6g   y: %.6g, %.6g, %.6g   z: %.6g, %.6g, %.6g\n", v->direction[0][0], v->direction[0][1], v->direction[0][2],
-           v->direction[1][0], v->direction[1][1], v->direction[1][2], v->direction[2][0], v->direction[2][1], v->direction[2][2]);
+    printf("direction   x: %.6g, %.6g, %.6g   y: %.6g, %.6g, %.6g   z: %.6g, %.6g, %.6g\n", v->direction[0][0], v->direction[0][1],
+           v->direction[0][2], v->direction[1][0], v->direction[1][1], v->direction[1][2], v->direction[2][0], v->direction[2][1],
+           v->direction[2][2]);
     printf("space       %s\n", pel_space_name(v->space));
     printf("bounds      %.9g to %.9g, %.9g to %.9g, %.9g to %.9g\n", bounds[0], bounds[1], bounds[2], bounds[3], bounds[4], bounds[5]);
 }
@@ -109,7 +115,8 @@ static void print_text_info(const char *path, const struct pel_volume *v, const 
     printf(", %.1f MB\n", (double)pel_volume_bytes(v) / 1e6);
     print_placement(v);
     printf("values      %.9g to %.9g, mean %.9g%s\n", s->min, s->max, s->mean, v->components > 1 ? " (magnitude)" : "");
-    printf("non-zero    %" PRIu64 " of %" PRIu64 " (%.1f %%)\n", s->nonzero, s->samples, s->samples ? 100.0 * (double)s->nonzero / (double)s->samples : 0);
+    printf("non-zero    %" PRIu64 " of %" PRIu64 " (%.1f %%)\n", s->nonzero, s->samples,
+           s->samples ? 100.0 * (double)s->nonzero / (double)s->samples : 0);
     if (s->voids)
         printf("void        %" PRIu64 "\n", s->voids);
     if (s->infinite)
@@ -118,8 +125,8 @@ static void print_text_info(const char *path, const struct pel_volume *v, const 
         printf("labels      yes: values are not interpolated\n");
     for (int i = 0; info->array_count > 1 && i < info->array_count; i++) {
         char text[192];
-        snprintf(text, sizeof text, "%s: %s, %d component%s", info->arrays[i].name, pel_type_name(info->arrays[i].type), info->arrays[i].components,
-                 info->arrays[i].components == 1 ? "" : "s");
+        snprintf(text, sizeof text, "%s: %s, %d component%s", info->arrays[i].name, pel_type_name(info->arrays[i].type),
+                 info->arrays[i].components, info->arrays[i].components == 1 ? "" : "s");
         print_text("array", text);
     }
 }
@@ -183,11 +190,13 @@ const struct command command_info = {
     .name = "info",
     .summary = "Tell what a file holds",
     .usage = "FILE [options]",
-    .description = "Prints the size, type, placement and values of a volume or field: a file, or a folder with a DICOM series or TIFF slices. "
-                   "The values of a vector field are told by their magnitude.\n\n"
-                   "--json prints one object with the keys file, format, dims, type, components, spacing, origin, direction (one unit vector for each "
-                   "index axis), space, units, min, max, mean, nonzero, voids, infinite, labels, name, arrays and notes. min, max and mean are of finite "
-                   "values, and null where there are none.",
+    .description =
+        "Prints the size, type, placement and values of a volume or field: a file, or a folder with a DICOM series or TIFF slices. "
+        "The values of a vector field are told by their magnitude.\n\n"
+        "--json prints one object with the keys file, format, dims, type, components, spacing, origin, direction (one unit vector for each "
+        "index axis), space, units, min, max, mean, nonzero, voids, infinite, labels, name, arrays and notes. min, max and mean are of "
+        "finite "
+        "values, and null where there are none.",
     .examples = "  pellucid info scan.nii.gz\n"
                 "  pellucid info --json scan.nii.gz | python3 -m json.tool\n"
                 "  pellucid info volume.raw --raw 256x256x256:u8 --histogram",

@@ -97,8 +97,11 @@ static int run(const struct command *command, int argc, char **argv)
         return run_dataset(command, dataset, argc - 1, argv + 1);
     if (argc > 1 && argv[1][0] != '-') {
         const char *nearest = tool_nearest(argv[1], dataset_name, NULL);
-        tool_fail(&error, PEL_ERROR_ARGUMENT, nearest ? "make: there is no data set %.60s; did you mean %s?" : "make: there is no data set %.60s; see "
-                  "pellucid make --list", argv[1], nearest);
+        tool_fail(&error, PEL_ERROR_ARGUMENT,
+                  nearest ? "make: there is no data set %.60s; did you mean %s?"
+                          : "make: there is no data set %.60s; see "
+                            "pellucid make --list",
+                  argv[1], nearest);
         return tool_report(&error);
     }
     struct arguments arguments = { .command = command, .objects = { &values } };

@@ -24,15 +24,17 @@ static const char *const stats_names[] = { "none", "text", "json", NULL };
 
 #define FIELD(name) offsetof(struct values, name)
 static const struct pel_option rows[] = {
-    { "output", "Output", "Picture to write: NAME.png (8 bits, sRGB), NAME.nrrd (float RGBA, premultiplied), or - for a PNG on standard output",
+    { "output", "Output",
+      "Picture to write: NAME.png (8 bits, sRGB), NAME.nrrd (float RGBA, premultiplied), or - for a PNG on standard output",
       PEL_OPTION_TEXT, FIELD(output), 0, 0, NULL, NULL, NULL },
-    { "alpha", "Alpha", "Keep the transparency in a PNG instead of painting the background", PEL_OPTION_BOOL, FIELD(alpha), 0, 0, "false", NULL, NULL },
+    { "alpha", "Alpha", "Keep the transparency in a PNG instead of painting the background", PEL_OPTION_BOOL, FIELD(alpha), 0, 0, "false",
+      NULL, NULL },
     { "compression", "Compression", "Effort of the PNG compression", PEL_OPTION_INT, FIELD(compression), 0, 9, "3", NULL, NULL },
     { "depth", "Depth", "Write the distance along each ray as float NRRD", PEL_OPTION_TEXT, FIELD(depth), 0, 0, NULL, NULL, NULL },
     { "turntable", "Turntable", "Draw this many pictures in one turn about the view-up: NAME_0000.png, NAME_0001.png, ...", PEL_OPTION_INT,
       FIELD(turntable), 1, 9999, NULL, NULL, "pictures" },
-    { "save-scene", "Save scene", "Write all that decides the picture as a scene file, for --scene", PEL_OPTION_TEXT, FIELD(save_scene), 0, 0, NULL, NULL,
-      NULL },
+    { "save-scene", "Save scene", "Write all that decides the picture as a scene file, for --scene", PEL_OPTION_TEXT, FIELD(save_scene), 0,
+      0, NULL, NULL, NULL },
     { "stats", "Statistics",
       "Tell the time of each stage and what was skipped: text on standard error, json on standard output (on standard error with -o -)",
       PEL_OPTION_CHOICE, FIELD(stats), 0, 0, "none", stats_names, NULL },
@@ -92,11 +94,12 @@ static bool check_apart(const char *input, const char *const *paths, struct pel_
     static const char *const flags[] = { "-o", "--depth", "--save-scene" };
     for (int i = 0; i < 3; i++) {
         if (tool_reads_from(input, paths[i]))
-            return tool_fail(error, PEL_ERROR_ARGUMENT, "%s %.300s: the input is read from this file; choose another name", flags[i], paths[i]);
+            return tool_fail(error, PEL_ERROR_ARGUMENT, "%s %.300s: the input is read from this file; choose another name", flags[i],
+                             paths[i]);
         for (int k = 0; k < i; k++)
             if (paths[i][0] && paths[k][0] && tool_same_file(paths[i], paths[k]))
-                return tool_fail(error, PEL_ERROR_ARGUMENT, "%s and %s name the same file, %.300s; choose another name for one", flags[k], flags[i],
-                                 paths[i]);
+                return tool_fail(error, PEL_ERROR_ARGUMENT, "%s and %s name the same file, %.300s; choose another name for one", flags[k],
+                                 flags[i], paths[i]);
     }
     return true;
 }
@@ -157,8 +160,9 @@ static bool write_pictures(const struct values *values, const struct loaded_scen
 
 static void print_stats_text(const struct pel_frame_stats *stats, const struct loaded_scene *loaded)
 {
-    fprintf(stderr, "technique   %s on %s%s%s, %d thread%s%s%s%s\n", stats->technique, stats->device, stats->isa ? " " : "", stats->isa ? stats->isa : "",
-            stats->threads, stats->threads == 1 ? "" : "s", loaded->device_note[0] ? " (" : "", loaded->device_note, loaded->device_note[0] ? ")" : "");
+    fprintf(stderr, "technique   %s on %s%s%s, %d thread%s%s%s%s\n", stats->technique, stats->device, stats->isa ? " " : "",
+            stats->isa ? stats->isa : "", stats->threads, stats->threads == 1 ? "" : "s", loaded->device_note[0] ? " (" : "",
+            loaded->device_note, loaded->device_note[0] ? ")" : "");
     fprintf(stderr, "%-28s %12.3f ms\n", "load", loaded->load_ms);
     for (int i = 0; i < stats->stage_count; i++) {
         fprintf(stderr, "%-28s %12.3f ms", stats->stages[i].name, stats->stages[i].cpu_ms);
@@ -173,16 +177,18 @@ static bool print_stats_json(const struct pel_frame_stats *stats, const struct l
 {
     json_t *stages = json_array(), *counters = json_object();
     for (int i = 0; i < stats->stage_count; i++)
-        json_array_append_new(stages, json_pack("{s:s, s:f, s:o}", "name", stats->stages[i].name, "cpu_ms", stats->stages[i].cpu_ms, "gpu_ms",
-                                                stats->stages[i].gpu_ms >= 0 ? json_number(stats->stages[i].gpu_ms) : json_null()));
+        json_array_append_new(stages,
+                              json_pack("{s:s, s:f, s:o}", "name", stats->stages[i].name, "cpu_ms", stats->stages[i].cpu_ms, "gpu_ms",
+                                        stats->stages[i].gpu_ms >= 0 ? json_number(stats->stages[i].gpu_ms) : json_null()));
     for (int i = 0; i < stats->counter_count; i++)
         json_object_set_new(counters, stats->counters[i].name, json_integer((json_int_t)stats->counters[i].value));
-    return json_print(json_pack("{s:s, s:s, s:s?, s:i, s:f, s:o, s:o}", "technique", stats->technique, "device", stats->device, "isa", stats->isa,
-                                "threads", stats->threads, "load_ms", loaded->load_ms, "stages", stages, "counters", counters),
+    return json_print(json_pack("{s:s, s:s, s:s?, s:i, s:f, s:o, s:o}", "technique", stats->technique, "device", stats->device, "isa",
+                                stats->isa, "threads", stats->threads, "load_ms", loaded->load_ms, "stages", stages, "counters", counters),
                       stream);
 }
 
-static bool print_stats(const struct values *values, const struct pel_renderer *renderer, const struct loaded_scene *loaded, struct pel_error *error)
+static bool print_stats(const struct values *values, const struct pel_renderer *renderer, const struct loaded_scene *loaded,
+                        struct pel_error *error)
 {
     const struct pel_frame_stats *stats = pel_renderer_stats(renderer);
     if (values->stats == STATS_TEXT)
@@ -283,9 +289,11 @@ const struct command command_render = {
     .name = "render",
     .summary = "Draw a picture of a volume",
     .usage = "FILE -o PICTURE [options]",
-    .description = "FILE is a volume or field, or a folder with a DICOM series or TIFF slices. What is not said is chosen from the data: transfer function, "
+    .description = "FILE is a volume or field, or a folder with a DICOM series or TIFF slices. What is not said is chosen from the data: "
+                   "transfer function, "
                    "camera, isovalue, slice. Of a vector field the magnitude is drawn.\n\n"
-                   "FILE may be left out where --scene names one. A picture is written once it is whole: a failed or interrupted run leaves none behind (of a "
+                   "FILE may be left out where --scene names one. A picture is written once it is whole: a failed or interrupted run "
+                   "leaves none behind (of a "
                    "turntable, the whole ones).",
     .examples = "  pellucid render scan.nii.gz -o scan.png\n"
                 "  pellucid render head.nrrd -o head.png --opacity 40:0,80:0.1,255:0.9 --colormap bone --shade\n"

@@ -9,15 +9,16 @@
 #define ANY -DBL_MAX, DBL_MAX
 #define NO_LIMITS 0, 0
 
-
 const struct pel_option input_rows[] = {
-    { "scene", "Scene file", "Load a scene file first; flags override what it says", PEL_OPTION_TEXT, FIELD(scene), NO_LIMITS, NULL, NULL, NULL },
+    { "scene", "Scene file", "Load a scene file first; flags override what it says", PEL_OPTION_TEXT, FIELD(scene), NO_LIMITS, NULL, NULL,
+      NULL },
     { "array", "Array", "Which array of a file that holds several", PEL_OPTION_TEXT, FIELD(array), NO_LIMITS, NULL, NULL, NULL },
-    { "raw", "Raw layout", "Read raw samples of this layout: 256x256x256:u8, 64x64x64:f32:be+1024 (skips 1024 bytes)", PEL_OPTION_TEXT, FIELD(raw),
-      NO_LIMITS, NULL, NULL, NULL },
-    { "spacing", "Spacing", "Distance between samples along each axis, in place of the file's", PEL_OPTION_VEC3, FIELD(spacing), PEL_LEAST_SPACING, PEL_MOST_SPACING, NULL, NULL,
-      "world" },
-    { "void", "Void value", "Samples with this value stand for no data", PEL_OPTION_DOUBLE, FIELD(void_value), ANY, NULL, NULL, "data value" },
+    { "raw", "Raw layout", "Read raw samples of this layout: 256x256x256:u8, 64x64x64:f32:be+1024 (skips 1024 bytes)", PEL_OPTION_TEXT,
+      FIELD(raw), NO_LIMITS, NULL, NULL, NULL },
+    { "spacing", "Spacing", "Distance between samples along each axis, in place of the file's", PEL_OPTION_VEC3, FIELD(spacing),
+      PEL_LEAST_SPACING, PEL_MOST_SPACING, NULL, NULL, "world" },
+    { "void", "Void value", "Samples with this value stand for no data", PEL_OPTION_DOUBLE, FIELD(void_value), ANY, NULL, NULL,
+      "data value" },
     { "labels", "Labels", "The values name things: do not interpolate between them (by default found out from the data)", PEL_OPTION_BOOL,
       FIELD(labels), NO_LIMITS, NULL, NULL, NULL },
     { NULL },
@@ -27,31 +28,35 @@ const struct option_extra input_extras[] = { { "scene", 0, "FILE.json", NULL, fa
                                              { NULL } };
 
 const struct pel_option transfer_rows[] = {
-    { "colormap", "Colour map", "Name of a colour map (`pellucid formats` lists them), or a ParaView file: FILE.json, FILE.xml, FILE.json#PRESET",
-      PEL_OPTION_TEXT, FIELD(colormap), NO_LIMITS, NULL, NULL, NULL },
-    { "range", "Range", "Data values over which the colour map and the automatic opacity stretch; by default a named colour map covers all values",
+    { "colormap", "Colour map",
+      "Name of a colour map (`pellucid formats` lists them), or a ParaView file: FILE.json, FILE.xml, FILE.json#PRESET", PEL_OPTION_TEXT,
+      FIELD(colormap), NO_LIMITS, NULL, NULL, NULL },
+    { "range", "Range",
+      "Data values over which the colour map and the automatic opacity stretch; by default a named colour map covers all values",
       PEL_OPTION_VEC2, FIELD(range), ANY, NULL, NULL, "data values" },
-    { "opacity", "Opacity", "Opacity curve, value:opacity pairs as in 40:0,80:0.2,255:0.9, or one number for all", PEL_OPTION_TEXT, FIELD(opacity),
-      NO_LIMITS, NULL, NULL, NULL },
-    { "unit-distance", "Unit distance", "Length of material that has the opacity of the curve; by default the mean spacing", PEL_OPTION_DOUBLE,
-      FIELD(unit_distance), 1e-30, 1e30, NULL, NULL, "world" },
+    { "opacity", "Opacity", "Opacity curve, value:opacity pairs as in 40:0,80:0.2,255:0.9, or one number for all", PEL_OPTION_TEXT,
+      FIELD(opacity), NO_LIMITS, NULL, NULL, NULL },
+    { "unit-distance", "Unit distance", "Length of material that has the opacity of the curve; by default the mean spacing",
+      PEL_OPTION_DOUBLE, FIELD(unit_distance), 1e-30, 1e30, NULL, NULL, "world" },
     { NULL },
 };
 const struct option_extra transfer_extras[] = { { "colormap", 0, "NAME|FILE", NULL, false }, { "range", 0, "LO,HI", NULL, false },
                                                 { "opacity", 0, "CURVE", NULL, false }, { NULL } };
 
 const struct pel_option surface_rows[] = {
-    { "isovalue", "Isovalue", "Value of an isosurface, or several with commas; implies --mode isosurface", PEL_OPTION_TEXT, FIELD(isovalue), NO_LIMITS,
-      NULL, NULL, "data value" },
+    { "isovalue", "Isovalue", "Value of an isosurface, or several with commas; implies --mode isosurface", PEL_OPTION_TEXT, FIELD(isovalue),
+      NO_LIMITS, NULL, NULL, "data value" },
     { "iso-color", "Isosurface colour",
-      "Colour of the isosurfaces in the order of their values, or one for all; by default bone for one surface, the transfer function's for several",
+      "Colour of the isosurfaces in the order of their values, or one for all; by default bone for one surface, the transfer function's "
+      "for several",
       PEL_OPTION_TEXT, FIELD(iso_color), NO_LIMITS, NULL, NULL, NULL },
-    { "iso-opacity", "Isosurface opacity", "Opacity of the isosurfaces in the order of their values, with commas, or one for all; by default 1",
-      PEL_OPTION_TEXT, FIELD(iso_opacity), NO_LIMITS, NULL, NULL, "0 to 1" },
-    { "slice", "Slice", "Cut along the plane through X,Y,Z with normal NX,NY,NZ; implies --mode slice", PEL_OPTION_VEC6, FIELD(slice), ANY, NULL, NULL,
-      "world" },
-    { "clip-plane", "Clip plane", "Keep what lies on the side of the plane through X,Y,Z to which the normal NX,NY,NZ points; up to 6", PEL_OPTION_VEC6,
-      FIELD(clip_plane), ANY, NULL, NULL, "world" },
+    { "iso-opacity", "Isosurface opacity",
+      "Opacity of the isosurfaces in the order of their values, with commas, or one for all; by default 1", PEL_OPTION_TEXT,
+      FIELD(iso_opacity), NO_LIMITS, NULL, NULL, "0 to 1" },
+    { "slice", "Slice", "Cut along the plane through X,Y,Z with normal NX,NY,NZ; implies --mode slice", PEL_OPTION_VEC6, FIELD(slice), ANY,
+      NULL, NULL, "world" },
+    { "clip-plane", "Clip plane", "Keep what lies on the side of the plane through X,Y,Z to which the normal NX,NY,NZ points; up to 6",
+      PEL_OPTION_VEC6, FIELD(clip_plane), ANY, NULL, NULL, "world" },
     { "clip-box", "Clip box", "Keep what lies inside this box", PEL_OPTION_VEC6, FIELD(clip_box), ANY, NULL, NULL, "world" },
     { NULL },
 };
@@ -66,11 +71,12 @@ const struct option_extra surface_extras[] = {
 };
 
 const struct pel_option light_rows[] = {
-    { "light", "Light", "Direction towards a white light, in place of the headlight; up to 4", PEL_OPTION_VEC3, FIELD(light), ANY, NULL, NULL, "world" },
-    { "background", "Background", "Colour behind the volume; by default black, white for --mode xray", PEL_OPTION_COLOR, FIELD(background), 0, 1, NULL,
-      NULL, NULL },
-    { "linear-light", "Linear light", "Composite in linear light instead of display values", PEL_OPTION_BOOL, FIELD(linear_light), NO_LIMITS, "false",
-      NULL, NULL },
+    { "light", "Light", "Direction towards a white light, in place of the headlight; up to 4", PEL_OPTION_VEC3, FIELD(light), ANY, NULL,
+      NULL, "world" },
+    { "background", "Background", "Colour behind the volume; by default black, white for --mode xray", PEL_OPTION_COLOR, FIELD(background),
+      0, 1, NULL, NULL, NULL },
+    { "linear-light", "Linear light", "Composite in linear light instead of display values", PEL_OPTION_BOOL, FIELD(linear_light),
+      NO_LIMITS, "false", NULL, NULL },
     { NULL },
 };
 const struct option_extra light_extras[] = { { "light", 0, NULL, NULL, true }, { NULL } };
@@ -87,15 +93,18 @@ const struct option_extra move_extras[] = { { "azimuth", 0, "DEGREES", NULL, fal
 
 const struct pel_option engine_rows[] = {
     { "size", "Size", "Width and height of the picture", PEL_OPTION_SIZE, FIELD(size), 1, PEL_IMAGE_MAX, "512x512", NULL, "pixels" },
-    { "technique", "Technique", "How the picture is made; `pellucid techniques` lists them", PEL_OPTION_TEXT, FIELD(technique), NO_LIMITS, "raycast", NULL,
-      NULL },
-    { "device", "Device", "What draws: auto (a hardware GPU if there is one, else the CPU), cpu, gpu, gpu:N; `pellucid devices` lists them", PEL_OPTION_TEXT, FIELD(device),
-      NO_LIMITS, "auto", NULL, NULL },
-    { "threads", "Threads", "Threads of the CPU engine; 0 is as many as the machine has", PEL_OPTION_INT, FIELD(threads), 0, 1024, "0", NULL, NULL },
+    { "technique", "Technique", "How the picture is made; `pellucid techniques` lists them", PEL_OPTION_TEXT, FIELD(technique), NO_LIMITS,
+      "raycast", NULL, NULL },
+    { "device", "Device", "What draws: auto (a hardware GPU if there is one, else the CPU), cpu, gpu, gpu:N; `pellucid devices` lists them",
+      PEL_OPTION_TEXT, FIELD(device), NO_LIMITS, "auto", NULL, NULL },
+    { "threads", "Threads", "Threads of the CPU engine; 0 is as many as the machine has", PEL_OPTION_INT, FIELD(threads), 0, 1024, "0",
+      NULL, NULL },
     { "quiet", "Quiet", "No notes and no progress bar", PEL_OPTION_BOOL, FIELD(quiet), NO_LIMITS, "false", NULL, NULL },
     { NULL },
 };
-const struct option_extra engine_extras[] = { { "quiet", 'q', NULL, NULL, false }, { "technique", 0, "NAME", NULL, false }, { "device", 0, "DEVICE", NULL, false }, { NULL } };
+const struct option_extra engine_extras[] = {
+    { "quiet", 'q', NULL, NULL, false }, { "technique", 0, "NAME", NULL, false }, { "device", 0, "DEVICE", NULL, false }, { NULL }
+};
 
 /* Appends numbers separated by commas. */
 static bool append_numbers(double *items, int *count, double lo, double hi, const char *flag, const char *text, struct pel_error *error)
@@ -152,7 +161,8 @@ static bool assigned(void *user, const struct pel_option *row, struct pel_error 
     if (strcmp(row->name, "iso-color") == 0)
         return append_color(v, error);
     if (strcmp(row->name, "clip-plane") == 0)
-        return append_vector(v->clip_planes[0], 6, &v->clip_plane_count, PEL_MAX_CLIP_PLANES, v->clip_plane, v->clip_plane + 3, "clip-plane", error);
+        return append_vector(v->clip_planes[0], 6, &v->clip_plane_count, PEL_MAX_CLIP_PLANES, v->clip_plane, v->clip_plane + 3,
+                             "clip-plane", error);
     if (strcmp(row->name, "light") == 0)
         return append_vector(v->lights[0], 3, &v->light_count, PEL_MAX_LIGHTS, v->light, v->light, "light", error);
     if (strcmp(row->name, "slice") == 0 && v->slice[3] == 0 && v->slice[4] == 0 && v->slice[5] == 0)
@@ -162,8 +172,8 @@ static bool assigned(void *user, const struct pel_option *row, struct pel_error 
     if (strcmp(row->name, "clip-box") == 0)
         for (int a = 0; a < 3; a++)
             if (v->clip_box[2 * a] >= v->clip_box[2 * a + 1])
-                return tool_fail(error, PEL_ERROR_ARGUMENT, "--clip-box: %c goes from %g to %g; give the lower end first", "xyz"[a], v->clip_box[2 * a],
-                                 v->clip_box[2 * a + 1]);
+                return tool_fail(error, PEL_ERROR_ARGUMENT, "--clip-box: %c goes from %g to %g; give the lower end first", "xyz"[a],
+                                 v -> clip_box[2 * a], v -> clip_box[2 * a + 1]);
     return true;
 }
 

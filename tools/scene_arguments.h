@@ -60,11 +60,14 @@ extern const struct pel_option input_rows[], transfer_rows[], surface_rows[], li
 extern const struct option_extra input_extras[], transfer_extras[], surface_extras[], light_extras[], move_extras[], engine_extras[];
 
 /* The rows of struct option_group for them, to begin a command's list with. */
-#define SCENE_OPTION_GROUPS \
-    { "Input", input_rows, input_extras }, { "Transfer function", transfer_rows, transfer_extras }, \
-    { "Surfaces, slice and clipping", surface_rows, surface_extras }, { "Optics", pel_render_options, NULL }, \
-    { "Light", light_rows, light_extras }, { "Camera", pel_camera_options, NULL }, { "Moves of the camera, in this order", move_rows, move_extras }, \
-    { "Engine", engine_rows, engine_extras }
+#define SCENE_OPTION_GROUPS                                                                                                                \
+    { "Input", input_rows, input_extras }, { "Transfer function", transfer_rows, transfer_extras },                                        \
+        { "Surfaces, slice and clipping", surface_rows, surface_extras }, { "Optics", pel_render_options, NULL },                          \
+        { "Light", light_rows, light_extras }, { "Camera", pel_camera_options, NULL },                                                     \
+        { "Moves of the camera, in this order", move_rows, move_extras },                                                                  \
+    {                                                                                                                                      \
+        "Engine", engine_rows, engine_extras                                                                                               \
+    }
 
 /* Points the groups at the struct, which must be zeroed and outlive the arguments. */
 void scene_arguments_attach(struct arguments *arguments, struct scene_arguments *values);

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: MIT */
-/* A scene from a scene file, a volume file and flags, in this order: later ones override. What none of them says is chosen from the data. */
+/* A scene from a scene file, a volume file and flags, in this order: later ones override. What none of them says is chosen from the data.
+ */
 #include "scene_arguments.h"
 
 #include <limits.h>
@@ -40,7 +41,8 @@ bool volume_load(const char *path, const char *array, const char *raw, bool scal
 /* What the library cannot refuse because it does not know that it is asked for by name, or what this machine cannot do. */
 static bool check_arguments(const struct arguments *arguments, const struct scene_arguments *values, struct pel_error *error)
 {
-    bool iso = values->isovalues.count > 0, slice = arguments_given(arguments, "slice") != NULL, mode = arguments_given(arguments, "mode") != NULL;
+    bool iso = values->isovalues.count > 0, slice = arguments_given(arguments, "slice") != NULL,
+         mode = arguments_given(arguments, "mode") != NULL;
     if (iso && slice)
         return tool_fail(error, PEL_ERROR_ARGUMENT, "--isovalue and --slice ask for different pictures; give one of them");
     if (iso && mode && values->render.mode != PEL_MODE_ISOSURFACE)
@@ -49,8 +51,8 @@ static bool check_arguments(const struct arguments *arguments, const struct scen
         return tool_fail(error, PEL_ERROR_ARGUMENT, "--slice needs --mode slice");
     for (int i = 0; i < 2; i++)
         if (values->size[i] < 1 || values->size[i] > PEL_IMAGE_MAX)
-            return tool_fail(error, PEL_ERROR_ARGUMENT, "--size: %dx%d is beyond 1x1 to %dx%d", values->size[0], values->size[1], PEL_IMAGE_MAX,
-                             PEL_IMAGE_MAX);
+            return tool_fail(error, PEL_ERROR_ARGUMENT, "--size: %dx%d is beyond 1x1 to %dx%d", values->size[0], values->size[1],
+                             PEL_IMAGE_MAX, PEL_IMAGE_MAX);
     /* A picture beyond the machine's memory would be given by the operating system and end the program halfway. */
     double bytes = (double)values->size[0] * values->size[1] * 5 * sizeof(float);
     double memory = (double)sysconf(_SC_PHYS_PAGES) * (double)sysconf(_SC_PAGESIZE);
@@ -112,7 +114,8 @@ static void set_light(struct loaded_scene *loaded, const struct arguments *argum
     }
 }
 
-static bool set_optics(struct loaded_scene *loaded, const struct arguments *arguments, const struct scene_arguments *values, struct pel_error *error)
+static bool set_optics(struct loaded_scene *loaded, const struct arguments *arguments, const struct scene_arguments *values,
+                       struct pel_error *error)
 {
     struct pel_scene *scene = &loaded->scene;
     if (!arguments_overlay(arguments, GROUP_OPTICS, &scene->render, error))
@@ -124,8 +127,8 @@ static bool set_optics(struct loaded_scene *loaded, const struct arguments *argu
     return true;
 }
 
-static bool find_source(struct pel_source *source, const struct arguments *arguments, const struct scene_arguments *values, const char *path,
-                        struct pel_error *error)
+static bool find_source(struct pel_source *source, const struct arguments *arguments, const struct scene_arguments *values,
+                        const char *path, struct pel_error *error)
 {
     if (path) {
         if (strlen(path) >= sizeof source->path)
@@ -161,14 +164,16 @@ static bool load(struct loaded_scene *loaded, const struct arguments *arguments,
     struct pel_scene_parts has = { 0 };
     struct pel_scene *scene = &loaded->scene;
     bool from_file = values->scene[0] != 0;
-    if (!check_arguments(arguments, values, error) || !choose_technique(loaded, values, error) || !scene_check_device(loaded, values, error))
+    if (!check_arguments(arguments, values, error) || !choose_technique(loaded, values, error) ||
+        !scene_check_device(loaded, values, error))
         return false;
     if (from_file && !pel_read_scene(values->scene, scene, &has, error))
         return tool_fail_in(error, values->scene);
     if (!find_source(&scene->source, arguments, values, path, error) || !set_optics(loaded, arguments, values, error))
         return false;
     double start = tool_milliseconds();
-    if (!volume_load(scene->source.path, scene->source.array, scene->source.raw, true, progress, values->quiet, &loaded->volume, &loaded->info, error))
+    if (!volume_load(scene->source.path, scene->source.array, scene->source.raw, true, progress, values->quiet, &loaded->volume,
+                     &loaded->info, error))
         return false;
     loaded->load_ms = tool_milliseconds() - start;
     scene->volume = &loaded->volume;

@@ -23,7 +23,8 @@ static enum pel_transfer_purpose purpose_of(enum pel_mode mode)
     }
 }
 
-/* Stretches the colours from the values that they cover now over [to[0], to[1]], and the opacities alike if they were chosen automatically. */
+/* Stretches the colours from the values that they cover now over [to[0], to[1]], and the opacities alike if they were chosen automatically.
+ */
 static bool stretch(struct pel_transfer *transfer, const double to[2], bool opacities_too, struct pel_error *error)
 {
     double lo = transfer->colors[0].value, hi = transfer->colors[transfer->color_count - 1].value;
@@ -45,8 +46,9 @@ static bool stretch(struct pel_transfer *transfer, const double to[2], bool opac
         opacities[i] = transfer->opacities[i];
         opacities[i].value = low + (opacities[i].value - lo) / (hi - lo) * (high - low);
     }
-    fine = pel_transfer_set_colors(transfer, colors, transfer->color_count, error) &&
-           (!opacities_too || transfer->opacity_count == 0 || pel_transfer_set_opacities(transfer, opacities, transfer->opacity_count, error));
+    fine =
+        pel_transfer_set_colors(transfer, colors, transfer->color_count, error) &&
+        (!opacities_too || transfer->opacity_count == 0 || pel_transfer_set_opacities(transfer, opacities, transfer->opacity_count, error));
 cleanup:
     free(colors);
     free(opacities);
@@ -95,9 +97,11 @@ bool scene_set_transfer(struct loaded_scene *loaded, const struct arguments *arg
                         const struct pel_scene_parts *has, struct pel_error *error)
 {
     struct pel_transfer *transfer = &loaded->scene.transfer;
-    bool map = arguments_given(arguments, "colormap"), curve = arguments_given(arguments, "opacity"), range = arguments_given(arguments, "range");
+    bool map = arguments_given(arguments, "colormap"), curve = arguments_given(arguments, "opacity"),
+         range = arguments_given(arguments, "range");
     bool own_colors = !has->colors && !map, own_opacities = !has->opacities && !curve;
-    if (!fill_automatic(loaded, own_colors || (own_opacities && range && !loaded->volume.labels), own_opacities, !has->unit_distance, error))
+    if (!fill_automatic(loaded, own_colors || (own_opacities && range && !loaded->volume.labels), own_opacities, !has->unit_distance,
+                        error))
         return false;
     /* Names are no scale: labels keep their colours. */
     if (range && !loaded->volume.labels && !stretch(transfer, values->range, own_opacities, error))
@@ -137,7 +141,8 @@ static bool set_isosurfaces(struct loaded_scene *loaded, const struct scene_argu
         return tool_fail(error, PEL_ERROR_ARGUMENT, "--iso-opacity: %d values for %d isosurfaces", values->iso_opacities.count, count);
     for (int i = 0; i < count; i++) {
         if (values->iso_color_count > 0)
-            memcpy(scene->isosurfaces[i].color, values->iso_colors[values->iso_color_count > 1 ? i : 0], sizeof scene->isosurfaces[i].color);
+            memcpy(scene->isosurfaces[i].color, values->iso_colors[values->iso_color_count > 1 ? i : 0],
+                   sizeof scene->isosurfaces[i].color);
         if (values->iso_opacities.count > 0)
             scene->isosurfaces[i].opacity = values->iso_opacities.items[values->iso_opacities.count > 1 ? i : 0];
     }

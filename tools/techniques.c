@@ -8,8 +8,8 @@ struct values {
 };
 
 static const struct pel_option rows[] = {
-    { "json", "JSON", "Print a JSON list of objects with name, summary, citation, engines and options", PEL_OPTION_BOOL, offsetof(struct values, json), 0, 0,
-      "false", NULL, NULL },
+    { "json", "JSON", "Print a JSON list of objects with name, summary, citation, engines and options", PEL_OPTION_BOOL,
+      offsetof(struct values, json), 0, 0, "false", NULL, NULL },
     { NULL },
 };
 static const struct option_group groups[] = { { "Options", rows, NULL }, { NULL } };
@@ -18,7 +18,8 @@ static json_t *json_options(const struct pel_option *options)
 {
     json_t *list = json_array();
     for (const struct pel_option *row = options; row && row->name; row++)
-        json_array_append_new(list, json_pack("{s:s, s:s, s:s?, s:s?}", "name", row->name, "help", row->help, "default", row->fallback, "unit", row->unit));
+        json_array_append_new(
+            list, json_pack("{s:s, s:s, s:s?, s:s?}", "name", row->name, "help", row->help, "default", row->fallback, "unit", row->unit));
     return list;
 }
 
@@ -29,8 +30,8 @@ static json_t *json_technique(const struct pel_technique_info *technique)
         json_array_append_new(engines, json_string("cpu"));
     if (technique->engines & PEL_ENGINE_GPU)
         json_array_append_new(engines, json_string("gpu"));
-    return json_pack("{s:s, s:s, s:s?, s:o, s:o}", "name", technique->name, "summary", technique->summary, "citation", technique->citation, "engines",
-                     engines, "options", json_options(technique->options));
+    return json_pack("{s:s, s:s, s:s?, s:o, s:o}", "name", technique->name, "summary", technique->summary, "citation", technique->citation,
+                     "engines", engines, "options", json_options(technique->options));
 }
 
 static int run(const struct command *command, int argc, char **argv)

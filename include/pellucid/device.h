@@ -1,15 +1,16 @@
 /* SPDX-License-Identifier: MIT */
 /* Device: a GPU, or software that plays one, with an OpenGL 4.5 core context on it. No window, display or root is needed.
  *
- * The library looks for its GPU through EGL at run time. Where there is no libEGL or no OpenGL library, everything else still works, and these functions
- * say in their error what is missing. A program that has a context already (GLFW, SDL, Qt, GTK, on GLX, WGL or EGL) lends it with
- * pel_device_wrap_current instead.
+ * The library looks for its GPU through EGL at run time. Where there is no libEGL or no OpenGL library, everything else still works, and
+ * these functions say in their error what is missing. A program that has a context already (GLFW, SDL, Qt, GTK, on GLX, WGL or EGL) lends
+ * it with pel_device_wrap_current instead.
  *
- * Threads: a device may be used by one thread at a time, by any. What the calling thread has current in EGL is current again when a function of the
- * library returns. A thread with a GLX context current can use no other device than that context, wrapped: EGL refuses to take its place.
+ * Threads: a device may be used by one thread at a time, by any. What the calling thread has current in EGL is current again when a
+ * function of the library returns. A thread with a GLX context current can use no other device than that context, wrapped: EGL refuses to
+ * take its place.
  *
- * EGL counts no users of its displays, so the library never terminates one: what the driver keeps for a display stays until the process ends, once, however
- * many devices come and go. */
+ * EGL counts no users of its displays, so the library never terminates one: what the driver keeps for a display stays until the process
+ * ends, once, however many devices come and go. */
 #ifndef PELLUCID_DEVICE_H
 #define PELLUCID_DEVICE_H
 
@@ -45,28 +46,29 @@ struct pel_device_info {
 };
 
 struct pel_device_params {
-    /* Told what the driver has to say (GL_KHR_debug): errors, warnings about speed. One line without a newline. Called from within functions of the
-     * library, perhaps from a thread of the driver unless `debug` is set. It must not call the library or GL. Nullable. */
+    /* Told what the driver has to say (GL_KHR_debug): errors, warnings about speed. One line without a newline. Called from within
+     * functions of the library, perhaps from a thread of the driver unless `debug` is set. It must not call the library or GL. Nullable. */
     void (*log)(void *user, const char *message);
     void *log_user;
     bool debug; /* a debug context: the driver checks more, says more, in order, and is slower */
 };
 #define PEL_DEVICE_PARAMS_INIT { NULL, NULL, false }
 
-/* Lists the devices in EGL's order: the first `room` of them into infos (nullable where room is 0), usable or not. Returns how many there are, which may be
- * more than room. 0: there is none, and `error` says why; there is no other failure. Each device is opened to be described, which can take a second;
- * nothing stays open. */
+/* Lists the devices in EGL's order: the first `room` of them into infos (nullable where room is 0), usable or not. Returns how many there
+ * are, which may be more than room. 0: there is none, and `error` says why; there is no other failure. Each device is opened to be
+ * described, which can take a second; nothing stays open. */
 int pel_device_list(struct pel_device_info *infos, int room, struct pel_error *error);
 
 struct pel_device;
 
-/* Makes a context on device `index` of the list; -1: on the first usable hardware GPU, else on the first usable software one (ask `software` of
- * pel_device_describe). params NULL: the defaults. Errors: PEL_ERROR_ARGUMENT, no such index; PEL_ERROR_UNSUPPORTED, no usable GPU, and why. */
+/* Makes a context on device `index` of the list; -1: on the first usable hardware GPU, else on the first usable software one (ask
+ * `software` of pel_device_describe). params NULL: the defaults. Errors: PEL_ERROR_ARGUMENT, no such index; PEL_ERROR_UNSUPPORTED, no
+ * usable GPU, and why. */
 struct pel_device *pel_device_create(int index, const struct pel_device_params *params, struct pel_error *error);
 
-/* Borrows the context that is current on the calling thread: OpenGL 4.5, core or compatibility, made by whatever means. It must be current again, on
- * whichever thread, whenever the device is used or destroyed, and outlive the device. No state of it that the library changes stays changed, except that
- * GL errors the host left pending are cleared. The host's debug callback stays. */
+/* Borrows the context that is current on the calling thread: OpenGL 4.5, core or compatibility, made by whatever means. It must be current
+ * again, on whichever thread, whenever the device is used or destroyed, and outlive the device. No state of it that the library changes
+ * stays changed, except that GL errors the host left pending are cleared. The host's debug callback stays. */
 struct pel_device *pel_device_wrap_current(struct pel_error *error);
 
 /* Destroys the context, if it is the library's own. What was made with the device must be destroyed before. NULL is fine. */

@@ -27,7 +27,8 @@ void pel_image_finish(struct pel_image *image);
 /* How alike two pictures are, over the RGBA values (clamped to 0..1) of all pixels. */
 struct pel_metrics {
     double psnr;                /* 10 log10(1 / mean square error), dB; +inf where equal */
-    double ssim;                /* mean structural similarity of the luma (Wang et al. 2004: 11x11 Gaussian, sigma 1.5), alpha premultiplied; 1 where equal */
+    double
+        ssim; /* mean structural similarity of the luma (Wang et al. 2004: 11x11 Gaussian, sigma 1.5), alpha premultiplied; 1 where equal */
     double max_error;           /* greatest difference of any channel, 0 to 1 */
     long differing_pixels;      /* pixels with a channel that differs by more than 0.1 */
 };

@@ -40,8 +40,8 @@ struct pel_file_info {
     char notes[PEL_MAX_NOTES][256]; /* things a user should know: "spacing of axis 0 is nan; taken as 1" */
 };
 
-/* Reads a volume or field from a file, or from a folder (DICOM series, TIFF stack), into an initialised, empty volume, with range and labels
- * set. `info` is nullable. On failure the volume stays empty. */
+/* Reads a volume or field from a file, or from a folder (DICOM series, TIFF stack), into an initialised, empty volume, with range and
+ * labels set. `info` is nullable. On failure the volume stays empty. */
 bool pel_read_volume(const char *path, const struct pel_read_params *params, struct pel_volume *volume, struct pel_file_info *info,
                      struct pel_error *error);
 

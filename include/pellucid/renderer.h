@@ -55,7 +55,8 @@ struct pel_frame_stats {
 struct pel_renderer_params {
     int threads; /* for the CPU engine; 0: as many as the machine (or OMP_NUM_THREADS) says */
     struct pel_progress progress; /* of each draw */
-    struct pel_device *device; /* borrowed, must outlive the renderer; NULL: the CPU engine. Techniques that have no GPU engine draw on the CPU all the same */
+    struct pel_device *device; /* borrowed, must outlive the renderer; NULL: the CPU engine. Techniques that have no GPU engine draw on the
+                                  CPU all the same */
 };
 #define PEL_RENDERER_PARAMS_INIT { 0, { 0, 0 }, 0 }
 

@@ -74,8 +74,8 @@ struct pel_plane {
 #define PEL_MAX_ISOSURFACES 16
 #define PEL_MAX_LIGHTS 4
 
-/* Where the volume came from and what is known better than its file says, so that a scene file can tell. Paths in a scene file are relative to it. Drawing does not look here: after
- * reading the volume, apply it. */
+/* Where the volume came from and what is known better than its file says, so that a scene file can tell. Paths in a scene file are relative
+ * to it. Drawing does not look here: after reading the volume, apply it. */
 struct pel_source {
     char path[PEL_OPTION_TEXT_SIZE];
     char array[128]; /* which array of a file with several, or "" */
@@ -112,8 +112,8 @@ struct pel_scene {
 bool pel_scene_init(struct pel_scene *scene, struct pel_error *error);
 void pel_scene_finish(struct pel_scene *scene);
 
-/* Places the camera as pel_camera_fit does, but so that what the scene shows fills the view: the samples that the transfer function or the isosurfaces let be seen. MinIP, average and slice show the
- * whole box. Looks at a sparse set of samples; needs scene->volume. */
+/* Places the camera as pel_camera_fit does, but so that what the scene shows fills the view: the samples that the transfer function or the
+ * isosurfaces let be seen. MinIP, average and slice show the whole box. Looks at a sparse set of samples; needs scene->volume. */
 void pel_scene_fit_camera(struct pel_scene *scene, int width, int height);
 
 /* Refuses what cannot be drawn: no volume, several components, a camera that is none, settings out of range, no isosurface in

@@ -103,7 +103,8 @@ void pel_volume_to_space(struct pel_volume *volume, enum pel_space space);
 void pel_volume_update_range(struct pel_volume *volume);
 
 /* Decides whether the samples are labels: an integer type, one component, at most 64 distinct values, and neighbouring values that do
- * not lead into one another as a reconstructed signal's would (most boundaries jump across values that exist). Sets `labels`, returns it. */
+ * not lead into one another as a reconstructed signal's would (most boundaries jump across values that exist). Sets `labels`, returns it.
+ */
 bool pel_volume_detect_labels(struct pel_volume *volume);
 
 /* A new one-component f32 volume with the length of each vector of `field`, same placement. Sample is void where any component is. */

@@ -164,7 +164,8 @@ static bool mark_cells(struct pel_classification_state *s, const struct pel_minm
 }
 
 /* MIP and MinIP: each cell's most (least) in raw units, the comparison's own. */
-static bool build_bounds(struct pel_classification_state *s, const struct pel_minmax *minmax, struct pel_raw_scale raw, bool most, struct pel_error *error)
+static bool build_bounds(struct pel_classification_state *s, const struct pel_minmax *minmax, struct pel_raw_scale raw, bool most,
+                         struct pel_error *error)
 {
     const struct pel_minmax_level *levels[2] = { &minmax->cells, &minmax->blocks };
     size_t counts[2];
@@ -207,7 +208,8 @@ bool pel_mode_has_map(enum pel_mode mode)
     return mode != PEL_MODE_AVERAGE && mode != PEL_MODE_SLICE;
 }
 
-bool pel_classify_tables(struct pel_classification_state *state, const struct pel_scene *scene, struct pel_raw_scale raw, struct pel_job *job, struct pel_error *error)
+bool pel_classify_tables(struct pel_classification_state *state, const struct pel_scene *scene, struct pel_raw_scale raw,
+                         struct pel_job *job, struct pel_error *error)
 {
     const struct pel_volume *v = scene->volume;
     double length = scene->render.step * pel_volume_least_spacing(v) / scene->transfer.unit_distance;
@@ -234,8 +236,8 @@ bool pel_classify_tables(struct pel_classification_state *state, const struct pe
     return true;
 }
 
-bool pel_classify(struct pel_classification_state *state, const struct pel_scene *scene, const struct pel_minmax *minmax, struct pel_raw_scale raw,
-                  int threads, struct pel_job *job, struct pel_error *error)
+bool pel_classify(struct pel_classification_state *state, const struct pel_scene *scene, const struct pel_minmax *minmax,
+                  struct pel_raw_scale raw, int threads, struct pel_job *job, struct pel_error *error)
 {
     if (!pel_classify_tables(state, scene, raw, job, error))
         return false;

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: MIT */
-/* Layer 2 of the ray caster: what the transfer function and the isovalues make of the values. Look-up tables for one step's length, and the map of what may be seen. */
+/* Layer 2 of the ray caster: what the transfer function and the isovalues make of the values. Look-up tables for one step's length, and the
+ * map of what may be seen. */
 #ifndef PEL_CPU_CLASSIFY_H
 #define PEL_CPU_CLASSIFY_H
 
@@ -31,10 +32,11 @@ struct pel_raw_scale {
 bool pel_mode_has_map(enum pel_mode mode);
 
 /* Builds the look-up tables and isovalues for the scene, and points the job at them: all that a classification needs but the cells. */
-bool pel_classify_tables(struct pel_classification_state *state, const struct pel_scene *scene, struct pel_raw_scale raw, struct pel_job *job, struct pel_error *error);
+bool pel_classify_tables(struct pel_classification_state *state, const struct pel_scene *scene, struct pel_raw_scale raw,
+                         struct pel_job *job, struct pel_error *error);
 /* The tables, and marks or bounds of cells. */
-bool pel_classify(struct pel_classification_state *state, const struct pel_scene *scene, const struct pel_minmax *minmax, struct pel_raw_scale raw,
-                  int threads, struct pel_job *job, struct pel_error *error);
+bool pel_classify(struct pel_classification_state *state, const struct pel_scene *scene, const struct pel_minmax *minmax,
+                  struct pel_raw_scale raw, int threads, struct pel_job *job, struct pel_error *error);
 /* Makes sure that there is a distance map for each octant into which rays go; `wanted` has a bit for each. */
 bool pel_classify_octants(struct pel_classification_state *state, unsigned wanted, int threads, struct pel_error *error);
 void pel_classify_finish(struct pel_classification_state *state);

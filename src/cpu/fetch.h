@@ -1,9 +1,10 @@
 /* SPDX-License-Identifier: MIT */
-/* Voxels into lanes: trilinear and nearest fetches, and the gradient, for the kind of voxel that PEL_KIND says (kernel.h tells what "raw" values are).
+/* Voxels into lanes: trilinear and nearest fetches, and the gradient, for the kind of voxel that PEL_KIND says (kernel.h tells what "raw"
+ * values are).
  *
- * Bytes and words: the two voxels along x that a lerp needs are neighbours in memory, so one 32-bit gather brings both, and one multiply-add of 16-bit pairs with the
- * weights (2^14 - w, w) lerps them exactly for equal voxels. The gradient's stencil, the 4^3 neighbourhood without its edges, is 12 rows of x, of which the value has
- * fetched four. */
+ * Bytes and words: the two voxels along x that a lerp needs are neighbours in memory, so one 32-bit gather brings both, and one
+ * multiply-add of 16-bit pairs with the weights (2^14 - w, w) lerps them exactly for equal voxels. The gradient's stencil, the 4^3
+ * neighbourhood without its edges, is 12 rows of x, of which the value has fetched four. */
 #ifndef PEL_CPU_FETCH_H
 #define PEL_CPU_FETCH_H
 
@@ -45,9 +46,11 @@ PEL_INLINE vi x_weights(vf fx)
 
 #endif
 
-/* The four rows of voxels along x around a cell: (y, z), (y + 1, z), (y, z + 1), (y + 1, z + 1). A value needs voxels x and x + 1 of them; the gradient needs x - 1 and x + 2 too, and eight rows more. */
+/* The four rows of voxels along x around a cell: (y, z), (y + 1, z), (y, z + 1), (y + 1, z + 1). A value needs voxels x and x + 1 of them;
+ * the gradient needs x - 1 and x + 2 too, and eight rows more. */
 struct rows {
-    vi y[4], z[4]; /* offsets of rows y - 1 .. y + 2 and of slices z - 1 .. z + 2, at the volume's ends the last one again; only 1 and 2 until the gradient is taken */
+    vi y[4], z[4]; /* offsets of rows y - 1 .. y + 2 and of slices z - 1 .. z + 2, at the volume's ends the last one again; only 1 and 2
+                      until the gradient is taken */
 #if PEL_KIND == PEL_KIND_U8
     vi at;         /* where the words start along x */
     bool at_end;   /* some lane's word does not start at x - 1 */
@@ -193,7 +196,8 @@ PEL_INLINE vf middle_lerp(const struct spot *s, const struct rows *r, int i)
 
 PEL_INLINE vf slope_lerp(const struct pel_job *job, const struct spot *s, const struct rows *r, int i, vi offset)
 {
-    vf before = voxel_at(job, vi_max(s->x - 1, vi_set(0)) + offset), behind = voxel_at(job, vi_min(s->x + 2, vi_set(job->dims[0] - 1)) + offset);
+    vf before = voxel_at(job, vi_max(s->x - 1, vi_set(0)) + offset),
+       behind = voxel_at(job, vi_min(s->x + 2, vi_set(job->dims[0] - 1)) + offset);
     return vf_lerp(r->right[i] - before, behind - r->left[i], s->fx);
 }
 
@@ -250,7 +254,8 @@ PEL_INLINE vf voids_to_nan(const struct pel_job *job, vf voxel)
     return vf_select(voxel == job->void_raw, vf_set(NAN), voxel);
 }
 
-/* Trilinear value, and the rows that it was made of; NaN where it reads a void. A NaN or infinite voxel leaves no finite value by itself. */
+/* Trilinear value, and the rows that it was made of; NaN where it reads a void. A NaN or infinite voxel leaves no finite value by itself.
+ */
 PEL_INLINE vf fetch_value(const struct pel_job *job, const struct spot *s, struct rows *rows)
 {
     fetch_rows(job, s, rows);
@@ -281,7 +286,8 @@ PEL_INLINE vf fetch_nearest(const struct pel_job *job, vi x, vi y, vi z)
     return job->has_void_value ? voids_to_nan(job, raw) : raw;
 }
 
-/* Gradient in parts of the volume's range a voxel, so that its square neither vanishes nor overflows; NaN near voids. The rows are those of the value there. */
+/* Gradient in parts of the volume's range a voxel, so that its square neither vanishes nor overflows; NaN near voids. The rows are those of
+ * the value there. */
 PEL_INLINE void fetch_gradient(const struct pel_job *job, const struct spot *s, struct rows *rows, vf g[3])
 {
     rows_gradient(job, s, rows, g);
@@ -295,8 +301,9 @@ PEL_INLINE void fetch_gradient(const struct pel_job *job, const struct spot *s, 
                 vi x = s->x + (i & 1) + (axis == 0 ? side : 0), y = s->y + ((i >> 1) & 1) + (axis == 1 ? side : 0),
                    z = s->z + (i >> 2) + (axis == 2 ? side : 0);
                 vi zero = vi_set(0);
-                bad |= fetch_voxel(job, vi_max(vi_min(x, vi_set(job->dims[0] - 1)), zero), vi_max(vi_min(y, vi_set(job->dims[1] - 1)), zero),
-                                   vi_max(vi_min(z, vi_set(job->dims[2] - 1)), zero)) == job->void_raw;
+                bad |=
+                    fetch_voxel(job, vi_max(vi_min(x, vi_set(job->dims[0] - 1)), zero), vi_max(vi_min(y, vi_set(job->dims[1] - 1)), zero),
+                                vi_max(vi_min(z, vi_set(job->dims[2] - 1)), zero)) == job->void_raw;
             }
         for (int a = 0; a < 3; a++)
             g[a] = vf_select(bad, vf_set(NAN), g[a]);

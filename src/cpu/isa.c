@@ -1,11 +1,13 @@
 /* SPDX-License-Identifier: MIT */
-/* Which instruction set's kernels to run. The build says which sets it has (PEL_X86_LEVELS; meson.build); the list names the widest first. */
+/* Which instruction set's kernels to run. The build says which sets it has (PEL_X86_LEVELS; meson.build); the list names the widest first.
+ */
 #include <string.h>
 
 #include "fail.h"
 #include "kernel.h"
 
-#define DECLARE(ID) extern const struct pel_kernels pel_kernels_##ID##_u8, pel_kernels_##ID##_u16, pel_kernels_##ID##_f32, pel_kernels_##ID##_wide;
+#define DECLARE(ID)                                                                                                                        \
+    extern const struct pel_kernels pel_kernels_##ID##_u8, pel_kernels_##ID##_u16, pel_kernels_##ID##_f32, pel_kernels_##ID##_wide;
 #define KERNELS(ID) { &pel_kernels_##ID##_u8, &pel_kernels_##ID##_u16, &pel_kernels_##ID##_f32, &pel_kernels_##ID##_wide }
 
 #ifdef PEL_X86_LEVELS
@@ -24,7 +26,8 @@ static bool has_v2(void)
 #if PEL_X86_LEVELS > 2
 static bool has_v3(void)
 {
-    return has_v2() && __builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma") && __builtin_cpu_supports("bmi") && __builtin_cpu_supports("bmi2");
+    return has_v2() && __builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma") && __builtin_cpu_supports("bmi") &&
+           __builtin_cpu_supports("bmi2");
 }
 
 static bool has_v4(void)
@@ -78,6 +81,7 @@ bool pel_kernels_find(const char *wanted, const struct pel_kernels *kernels[PEL_
             strcat(strcat(known, " "), isas[i].name);
     }
     if (!wanted)
-        return pel_fail(error, PEL_ERROR_UNSUPPORTED, "this processor lacks SSE4.2 (x86-64-v2), which the ray caster needs; use the technique 'reference'");
+        return pel_fail(error, PEL_ERROR_UNSUPPORTED,
+                        "this processor lacks SSE4.2 (x86-64-v2), which the ray caster needs; use the technique 'reference'");
     return pel_fail(error, PEL_ERROR_ARGUMENT, "PELLUCID_ISA: no instruction set '%s' on this machine; it runs%s", wanted, known);
 }

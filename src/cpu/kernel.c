@@ -1,9 +1,10 @@
 /* SPDX-License-Identifier: MIT */
-/* The ray-casting kernels. Compiled once for each instruction set (PEL_ISA) and kind of voxel (PEL_KIND); each compilation exports one table.
+/* The ray-casting kernels. Compiled once for each instruction set (PEL_ISA) and kind of voxel (PEL_KIND); each compilation exports one
+ * table.
  *
- * Every loop has the same shape: at sample k, look whether the packet may jump (the cells around hold nothing that can be seen); else sample all lanes, classify, stop early where
- * nothing is visible, colour and composite. Samples in empty cells that are taken because a neighbour lane needs its own add exactly nothing, so the skipping never changes
- * a byte. */
+ * Every loop has the same shape: at sample k, look whether the packet may jump (the cells around hold nothing that can be seen); else
+ * sample all lanes, classify, stop early where nothing is visible, colour and composite. Samples in empty cells that are taken because a
+ * neighbour lane needs its own add exactly nothing, so the skipping never changes a byte. */
 #define PEL_KIND_U8 0
 #define PEL_KIND_U16 1
 #define PEL_KIND_F32 2
@@ -43,5 +44,6 @@ TILE(tile_slice, slice(job, &r, counts), false)
 
 extern const struct pel_kernels PEL_KERNELS;
 const struct pel_kernels PEL_KERNELS = {
-    project_surface, tile_composite, tile_composite_shaded, tile_composite_general, tile_preintegrated, tile_projection, tile_isosurface, tile_slice,
+    project_surface,    tile_composite,  tile_composite_shaded, tile_composite_general,
+    tile_preintegrated, tile_projection, tile_isosurface,       tile_slice,
 };

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
-/* What the ray-casting kernels are given. The driver (raycast.c) fills one job a frame; the kernels (kernel.c, compiled once for each instruction set and
- * kind of voxel) draw tiles of it. Nothing in a job changes while tiles are drawn. */
+/* What the ray-casting kernels are given. The driver (raycast.c) fills one job a frame; the kernels (kernel.c, compiled once for each
+ * instruction set and kind of voxel) draw tiles of it. Nothing in a job changes while tiles are drawn. */
 #ifndef PEL_CPU_KERNEL_H
 #define PEL_CPU_KERNEL_H
 
@@ -29,8 +29,8 @@ struct pel_job {
     int width, height;
     float *rgba, *depth; /* depth may be NULL */
 
-    /* Rays in index space. The point P and the direction D of pixel (x, y) are linear in x and y; the ray is P + s D, and the world distance along it is
-     * (s + s_base) * |Dw|, Dw being D in the world. P lies near the volume, so that float loses nothing. */
+    /* Rays in index space. The point P and the direction D of pixel (x, y) are linear in x and y; the ray is P + s D, and the world
+     * distance along it is (s + s_base) * |Dw|, Dw being D in the world. P lies near the volume, so that float loses nothing. */
     double p0[3], px[3], py[3], d0[3], dx[3], dy[3];
     double w0[3], wx[3], wy[3]; /* Dw */
     double s_base, s_least;     /* s >= s_least: in front of a perspective camera */
@@ -69,11 +69,14 @@ struct pel_job {
     /* Skipping. */
     bool skip;
     int32_t cell_dims[3];
-    int cell_row_shift, cell_slice_shift; /* of marks and distance: rows and slices start at multiples of powers of two, so that no lane multiplies */
+    int cell_row_shift,
+        cell_slice_shift; /* of marks and distance: rows and slices start at multiples of powers of two, so that no lane multiplies */
     const uint8_t *marks;             /* a byte a cell: 0 where it may be seen */
-    const uint8_t *distance;          /* for each octant of directions a map of distances in cells (distance_map.h) to the nearest cell that may be seen; 0: this one may */
+    const uint8_t *distance; /* for each octant of directions a map of distances in cells (distance_map.h) to the nearest cell that may be
+                                seen; 0: this one may */
     int32_t map_bytes;                /* from one octant's map to the next */
-    const float *cell_bound, *block_bound; /* MIP: most, MinIP: least, of cells and blocks; raw. Kept even where skip is off: samples are held to it */
+    const float *cell_bound,
+        *block_bound; /* MIP: most, MinIP: least, of cells and blocks; raw. Kept even where skip is off: samples are held to it */
     int32_t block_dims[3];
     const uint64_t *spans;            /* nullable: a mask of depth slabs a block of pixels (spans.h) */
     bool looks;                       /* the masks do not tell all: look at the distance map, too */
@@ -145,8 +148,8 @@ struct pel_kernels {
     pel_kernel composite, composite_shaded, composite_general, preintegrated, projection, isosurface, slice;
 };
 
-/* Name of the set in use ("x86-64-v3"), and its kernels. `wanted` (nullable) forces one; false and an error where the machine lacks it or there is none of that
- * name. */
+/* Name of the set in use ("x86-64-v3"), and its kernels. `wanted` (nullable) forces one; false and an error where the machine lacks it or
+ * there is none of that name. */
 bool pel_kernels_find(const char *wanted, const struct pel_kernels *kernels[PEL_KERNEL_KINDS], const char **name, struct pel_error *error);
 
 #endif

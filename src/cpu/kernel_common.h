@@ -60,7 +60,8 @@ PEL_INLINE struct nearest nearest_voxel(const struct pel_job *job, const struct 
     return v;
 }
 
-/* Values at the segments' ends, for pre-integration and isosurfaces: sample k lies at the front of segment k, sample n at the end of the last. */
+/* Values at the segments' ends, for pre-integration and isosurfaces: sample k lies at the front of segment k, sample n at the end of the
+ * last. */
 PEL_INLINE vf end_at(const struct packet *r, int k)
 {
     return vf_min(vf_set((float)k), vi_to_vf(r->n - 1) + r->fraction);

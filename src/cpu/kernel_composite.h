@@ -21,7 +21,8 @@ PEL_INLINE void opacity_gradient(const struct pel_job *job, vi x, vi y, vi z, vf
     }
 }
 
-/* Pre-classification: opacity-weighted colours of the eight voxels, interpolated. Gives alpha and colour of one step, and NaN in *raw for voids. */
+/* Pre-classification: opacity-weighted colours of the eight voxels, interpolated. Gives alpha and colour of one step, and NaN in *raw for
+ * voids. */
 PEL_INLINE vf pre_classify(const struct pel_job *job, const struct spot *s, vf color[3], vf *raw)
 {
     vf corner[8], o[8], part[3][8];
@@ -36,7 +37,8 @@ PEL_INLINE vf pre_classify(const struct pel_job *job, const struct spot *s, vf c
         if (job->voids)
             bad |= ~(vf_abs(corner[i]) <= FLT_MAX) | (job->has_void_value ? corner[i] == job->void_raw : vi_set(0));
     }
-#define MIX(v) bilerp(vf_lerp(v[0], v[1], s->fx), vf_lerp(v[2], v[3], s->fx), vf_lerp(v[4], v[5], s->fx), vf_lerp(v[6], v[7], s->fx), s->fy, s->fz)
+#define MIX(v)                                                                                                                             \
+    bilerp(vf_lerp(v[0], v[1], s->fx), vf_lerp(v[2], v[3], s->fx), vf_lerp(v[4], v[5], s->fx), vf_lerp(v[6], v[7], s->fx), s->fy, s->fz)
     vf opacity = MIX(o);
     vf alpha = alpha_of_length(vf_min(opacity, vf_set(1)), vf_set(job->step_over_unit));
     vf scale = alpha / vf_select(opacity > 0, opacity, vf_set(1));
@@ -123,8 +125,8 @@ PEL_INLINE void composite(const struct pel_job *job, struct packet *r, bool shad
     packet_store(job, r, sum.color[0], sum.color[1], sum.color[2], sum.alpha, sum.depth);
 }
 
-/* The integrals of extinction and of extinction times colour up to a value (docs/optics.md), in table entries: the sum at the nearest entry, and on from there with its
- * extinction, also beyond the table's ends, where the curves are constant. */
+/* The integrals of extinction and of extinction times colour up to a value (docs/optics.md), in table entries: the sum at the nearest
+ * entry, and on from there with its extinction, also beyond the table's ends, where the curves are constant. */
 struct integral {
     vf value; /* NaN for a void */
     vf entry, tau, sum, color[3], color_sum[3];
@@ -147,7 +149,8 @@ PEL_INLINE struct integral integral_to(const struct pel_job *job, vf raw)
     return t;
 }
 
-/* Alpha and opacity-weighted colour of `length` steps between two values: mean extinction and mean colour; at one value where the two are the same. */
+/* Alpha and opacity-weighted colour of `length` steps between two values: mean extinction and mean colour; at one value where the two are
+ * the same. */
 PEL_INLINE vf pre_integrate(const struct integral *front, const struct integral *back, vf length, vf color[3])
 {
     vf span = back->entry - front->entry;

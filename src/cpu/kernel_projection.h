@@ -26,8 +26,8 @@ PEL_INLINE void store_value(const struct pel_job *job, const struct packet *r, v
 {
     vi entry = table_entry(job, raw);
     vf alpha = vf_select(seen, vf_gather(job->opacity, entry), vf_set(0));
-    packet_store(job, r, alpha * vf_gather(job->red, entry), alpha * vf_gather(job->green, entry), alpha * vf_gather(job->blue, entry), alpha,
-                 vf_select(seen, depth, vf_set(-1)));
+    packet_store(job, r, alpha * vf_gather(job->red, entry), alpha * vf_gather(job->green, entry), alpha * vf_gather(job->blue, entry),
+                 alpha, vf_select(seen, depth, vf_set(-1)));
 }
 
 /* Steps to the end of each lane's cell of 2^shift voxels. */
@@ -51,8 +51,9 @@ PEL_INLINE vf bound_of(const float *bounds, const int32_t dims[3], const struct 
     return sign * vf_gather(bounds, ((s->z >> shift) * dims[1] + (s->y >> shift)) * dims[0] + (s->x >> shift));
 }
 
-/* MIP and MinIP: the greatest (sign 1) or least (sign -1) sample. A sample is held to its cell's bound, so that blocks and cells whose bound cannot beat what was found are
- * passed over without a trace of rounding. Every sample is at least the volume's own least value (unless there are voids), so cells that hold nothing else are not visited. */
+/* MIP and MinIP: the greatest (sign 1) or least (sign -1) sample. A sample is held to its cell's bound, so that blocks and cells whose
+ * bound cannot beat what was found are passed over without a trace of rounding. Every sample is at least the volume's own least value
+ * (unless there are voids), so cells that hold nothing else are not visited. */
 PEL_INLINE void extreme(const struct pel_job *job, struct packet *r, float sign, struct pel_counts *counts)
 {
     float worst = sign > 0 ? job->least_raw : -job->most_raw, ideal = sign > 0 ? job->most_raw : -job->least_raw;

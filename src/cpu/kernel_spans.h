@@ -7,8 +7,8 @@
 
 #define CELL_VOXELS (PEL_CELL_SIZE * PEL_CELL_SIZE)
 
-/* Which voxel cells of the 4^3 from voxel (x, y, z) on an isosurface may pass through: bit j + 4 k of to[i] stands for the voxel cell (x + i, y + j, z + k). Lanes are the
- * 5 x 5 rows of voxels along x. */
+/* Which voxel cells of the 4^3 from voxel (x, y, z) on an isosurface may pass through: bit j + 4 k of to[i] stands for the voxel cell (x +
+ * i, y + j, z + k). Lanes are the 5 x 5 rows of voxels along x. */
 PEL_INLINE void surface_cells(const struct pel_job *job, int x, int y, int z, unsigned to[PEL_CELL_SIZE])
 {
     vf value[PEL_CELL_SIZE + 1][32 / W];
@@ -21,7 +21,8 @@ PEL_INLINE void surface_cells(const struct pel_job *job, int x, int y, int z, un
     memset(to, 0, PEL_CELL_SIZE * sizeof *to);
     for (int s = 0; s < job->iso_count; s++) {
         float least = job->iso[s] - job->iso_margin, most = job->iso[s] + job->iso_margin;
-        unsigned low[PEL_CELL_SIZE + 1] = { 0 }, high[PEL_CELL_SIZE + 1] = { 0 }; /* bit j + 5 k: the voxel is at most, at least the isovalue */
+        unsigned low[PEL_CELL_SIZE + 1] = { 0 },
+                                     high[PEL_CELL_SIZE + 1] = { 0 }; /* bit j + 5 k: the voxel is at most, at least the isovalue */
         for (int i = 0; i <= PEL_CELL_SIZE; i++)
             for (int part = 0; part < 32 / W; part++) {
                 low[i] |= vi_bits(value[i][part] <= most) << (part * W);
@@ -52,7 +53,8 @@ PEL_INLINE void cover(struct covered *c, int part, vf first, vf last, int count,
     memcpy(c->last + part * W, &b, sizeof b);
 }
 
-/* Marks the slabs of the voxel cells of the cell at voxel (x, y, z) that an isosurface may pass through in the blocks of pixels that they cover. */
+/* Marks the slabs of the voxel cells of the cell at voxel (x, y, z) that an isosurface may pass through in the blocks of pixels that they
+ * cover. */
 static void project_surface(const struct pel_job *job, const struct pel_projection *p, int x, int y, int z)
 {
     unsigned cells[PEL_CELL_SIZE];

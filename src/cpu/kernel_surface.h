@@ -5,8 +5,9 @@
 
 #include "kernel_common.h"
 
-/* Root of value = iso in [a, b] (steps), between f and g on different sides: regula falsi, Illinois variant, on the reconstructed signal. The bracket always holds the
- * root; on a piecewise cubic the steps below bring it to about 1e-5 of a step. `*bad`: the search met a void. */
+/* Root of value = iso in [a, b] (steps), between f and g on different sides: regula falsi, Illinois variant, on the reconstructed signal.
+ * The bracket always holds the root; on a piecewise cubic the steps below bring it to about 1e-5 of a step. `*bad`: the search met a void.
+ */
 PEL_INLINE vf find_root(const struct pel_job *job, const struct packet *r, vf iso, vf a, vf f, vf b, vf g, vi wanted, vi *bad)
 {
     *bad = vi_set(0);
@@ -32,8 +33,8 @@ PEL_INLINE vf find_root(const struct pel_job *job, const struct packet *r, vf is
     return vf_select((last >= a) & (last <= b), last, root);
 }
 
-/* Crossings that were found and not yet computed, at most one a lane. Finding the root and the light costs more than a step, so it waits until many lanes have
- * something: at the end of the packet, or when a lane meets its next surface. */
+/* Crossings that were found and not yet computed, at most one a lane. Finding the root and the light costs more than a step, so it waits
+ * until many lanes have something: at the end of the packet, or when a lane meets its next surface. */
 struct pending {
     vi lanes;
     vf from, to, front, back;        /* the segment's ends, in steps, and their values */

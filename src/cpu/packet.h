@@ -1,8 +1,9 @@
 /* SPDX-License-Identifier: MIT */
-/* A packet of W rays, one a lane, through a block of neighbouring pixels: where each enters and leaves, and how to pass over what cannot be seen.
+/* A packet of W rays, one a lane, through a block of neighbouring pixels: where each enters and leaves, and how to pass over what cannot be
+ * seen.
  *
- * The rays of a packet go in step: sample k of every lane is taken together. Neighbouring pixels meet the same cells at nearly the same k, so few lanes idle,
- * and every gather falls into few cache lines. A lane's samples depend on nothing but its own pixel. */
+ * The rays of a packet go in step: sample k of every lane is taken together. Neighbouring pixels meet the same cells at nearly the same k,
+ * so few lanes idle, and every gather falls into few cache lines. A lane's samples depend on nothing but its own pixel. */
 #ifndef PEL_CPU_PACKET_H
 #define PEL_CPU_PACKET_H
 
@@ -60,7 +61,8 @@ PEL_INLINE void half_init(const struct pel_job *job, vd x, double y0, vd row, st
     }
     for (int i = 0; i < job->plane_count; i++) {
         const double *q = job->planes[i];
-        clip(q[0] * h->p[0] + q[1] * h->p[1] + q[2] * h->p[2] + q[3], q[0] * h->d[0] + q[1] * h->d[1] + q[2] * h->d[2], 1e-9 * job->step, &h->lo, &h->hi);
+        clip(q[0] * h->p[0] + q[1] * h->p[1] + q[2] * h->p[2] + q[3], q[0] * h->d[0] + q[1] * h->d[1] + q[2] * h->d[2], 1e-9 * job->step,
+             &h->lo, &h->hi);
     }
     h->length = vd_sqrt(length2);
 }
@@ -74,8 +76,10 @@ PEL_INLINE void put_half(vf *to, int half, vd from)
     memcpy((float *)to + half * HALF, lanes, sizeof lanes);
 }
 
-/* Sets up the rays of the packet at (x, y); false where none meets the volume. `tile_x1`, `tile_y1`: the picture's part that may be drawn. */
-__attribute__((noinline, unused)) static bool packet_init(const struct pel_job *job, int x, int y, int tile_x1, int tile_y1, struct packet *r)
+/* Sets up the rays of the packet at (x, y); false where none meets the volume. `tile_x1`, `tile_y1`: the picture's part that may be drawn.
+ */
+__attribute__((noinline, unused)) static bool packet_init(const struct pel_job *job, int x, int y, int tile_x1, int tile_y1,
+                                                          struct packet *r)
 {
     struct half h[2];
     float fraction[W];
@@ -171,14 +175,16 @@ PEL_INLINE vf axis_exit(vi cell, vi reach, float size, vf o, vf inverse)
     return (vi_to_vf(cell + side) * size - o) * inverse;
 }
 
-/* The last sample (at its number + offset steps) that surely lies before an exit: the margin keeps what rounding could bring across a border. */
+/* The last sample (at its number + offset steps) that surely lies before an exit: the margin keeps what rounding could bring across a
+ * border. */
 PEL_INLINE vi samples_before(vf exit, vf offset)
 {
     return vf_to_vi(vf_max(vf_min(exit * (1 - 4e-7f) - offset - 1e-3f, vf_set(1e9f)), vf_set(0)));
 }
 
-/* Looks at the cells around sample k (at k + offset steps). Where no live lane's cell may be seen, returns the last sample that all of them may pass over. Else returns k - 1, and
- * sets *look to the sample at which to look again: until then some lane is in a cell that may be seen. */
+/* Looks at the cells around sample k (at k + offset steps). Where no live lane's cell may be seen, returns the last sample that all of them
+ * may pass over. Else returns k - 1, and sets *look to the sample at which to look again: until then some lane is in a cell that may be
+ * seen. */
 PEL_INLINE int packet_look(const struct pel_job *job, const struct packet *r, const struct spot *s, vf offset, vi live, int k, int *look)
 {
     vi cx = s->x >> PEL_CELL_SHIFT, cy = s->y >> PEL_CELL_SHIFT, cz = s->z >> PEL_CELL_SHIFT;
@@ -193,7 +199,8 @@ PEL_INLINE int packet_look(const struct pel_job *job, const struct packet *r, co
     return k - 1;
 }
 
-/* The next stretch of samples in which something may be seen, from k on: gives its first sample and sets *end behind its last, or INT32_MAX where there is none. */
+/* The next stretch of samples in which something may be seen, from k on: gives its first sample and sets *end behind its last, or INT32_MAX
+ * where there is none. */
 PEL_INLINE int packet_next_span(const struct pel_job *job, struct packet *r, int k, int *end)
 {
     int first = next_slab(r->spans, r->slab, 0), last = next_slab(r->spans, first, ~(uint64_t)0);
@@ -201,7 +208,8 @@ PEL_INLINE int packet_next_span(const struct pel_job *job, struct packet *r, int
     if (first >= PEL_SPAN_SLABS)
         return INT32_MAX;
     vi hit = r->n > 0;
-    vf from = (float)(job->span_lo + first / job->span_scale) - r->s_entry, to = (float)(job->span_lo + last / job->span_scale) - r->s_entry;
+    vf from = (float)(job->span_lo + first / job->span_scale) - r->s_entry,
+       to = (float)(job->span_lo + last / job->span_scale) - r->s_entry;
     vf inverse = 1 / vf_select(hit, r->s_step, vf_set(1));
     from = vf_max(vf_min(from * inverse - 0.05f, vf_set(1e9f)), vf_set(0)); /* a margin for rounding, in steps */
     to = vf_max(vf_min(to * inverse + 0.05f, vf_set(1e9f)), vf_set(0));
@@ -211,7 +219,8 @@ PEL_INLINE int packet_next_span(const struct pel_job *job, struct packet *r, int
 }
 
 /* Writes the lanes' premultiplied colours, opacity and depth (steps from the entry; negative: none). */
-__attribute__((noinline, unused)) static void packet_store(const struct pel_job *job, const struct packet *r, vf red, vf green, vf blue, vf alpha, vf depth)
+__attribute__((noinline, unused)) static void packet_store(const struct pel_job *job, const struct packet *r, vf red, vf green, vf blue,
+                                                           vf alpha, vf depth)
 {
     for (int i = 0; i < W; i++) {
         int x = r->x + i % PACKET_WIDTH, y = r->y + i / PACKET_WIDTH;

@@ -67,7 +67,8 @@ const char *pel_raycaster_isa(const struct pel_raycaster *rc)
     return rc->isa;
 }
 
-/* A trilinear cell needs two voxels along each axis, and a 32-bit fetch of bytes four along x: thinner volumes get their last voxel again. */
+/* A trilinear cell needs two voxels along each axis, and a 32-bit fetch of bytes four along x: thinner volumes get their last voxel again.
+ */
 static bool pad(struct pel_raycaster *rc, struct pel_error *error)
 {
     const struct pel_volume *v = rc->volume;
@@ -86,7 +87,8 @@ static bool pad(struct pel_raycaster *rc, struct pel_error *error)
     for (size_t z = 0; z < dims[2]; z++)
         for (size_t y = 0; y < dims[1]; y++)
             for (size_t x = 0; x < dims[0]; x++, to += size) {
-                size_t from[3] = { x < v->dims[0] ? x : v->dims[0] - 1, y < v->dims[1] ? y : v->dims[1] - 1, z < v->dims[2] ? z : v->dims[2] - 1 };
+                size_t from[3] = { x < v->dims[0] ? x : v->dims[0] - 1, y < v->dims[1] ? y : v->dims[1] - 1,
+                                   z < v->dims[2] ? z : v->dims[2] - 1 };
                 memcpy(to, (const char *)v->data + ((from[2] * v->dims[1] + from[1]) * v->dims[0] + from[0]) * size, size);
             }
     rc->job.data = rc->padded;
@@ -196,7 +198,8 @@ static void draw_tile(void *context, size_t tile, int thread)
     if (atomic_load_explicit(&d->cancelled, memory_order_relaxed))
         return;
     int x0 = (int)(tile % (size_t)d->columns) * TILE_SIZE, y0 = (int)(tile / (size_t)d->columns) * TILE_SIZE;
-    int x1 = x0 + TILE_SIZE < d->job->width ? x0 + TILE_SIZE : d->job->width, y1 = y0 + TILE_SIZE < d->job->height ? y0 + TILE_SIZE : d->job->height;
+    int x1 = x0 + TILE_SIZE < d->job->width ? x0 + TILE_SIZE : d->job->width,
+        y1 = y0 + TILE_SIZE < d->job->height ? y0 + TILE_SIZE : d->job->height;
     d->kernel(d->job, x0, y0, x1, y1, &d->counts[thread * COUNTS_APART]);
     size_t done = atomic_fetch_add(&d->done, 1) + 1;
     if (thread == 0 && !pel_progress_report(d->progress, (double)done / (double)d->tiles, d->error))
@@ -230,13 +233,13 @@ bool pel_raycaster_aim(struct pel_raycaster *rc, const struct pel_scene *scene, 
     if (!pel_mode_has_map(job->mode) || !job->skip)
         return true;
     bool surface = job->mode == PEL_MODE_ISOSURFACE && !job->voids;
-    return pel_spans_build(&rc->spans, scene, rc->minmax.cells.dims, rc->state.visible_cells, surface ? rc->kernels[rc->kind]->project_surface : NULL,
-                           rc->threads, job, error) &&
+    return pel_spans_build(&rc->spans, scene, rc->minmax.cells.dims, rc->state.visible_cells,
+                           surface ? rc->kernels[rc->kind]->project_surface : NULL, rc->threads, job, error) &&
            (!job->looks || pel_classify_octants(&rc->state, pel_rays_octants(job), rc->threads, error));
 }
 
-bool pel_raycaster_draw(struct pel_raycaster *rc, const struct pel_scene *scene, const struct pel_progress *progress, struct pel_image *image,
-                        struct pel_raycast_counters *counters, struct pel_error *error)
+bool pel_raycaster_draw(struct pel_raycaster *rc, const struct pel_scene *scene, const struct pel_progress *progress,
+                        struct pel_image *image, struct pel_raycast_counters *counters, struct pel_error *error)
 {
     struct pel_job *job = &rc->job;
     job->rgba = image->rgba;
@@ -266,9 +269,10 @@ bool pel_raycaster_draw(struct pel_raycaster *rc, const struct pel_scene *scene,
     size_t cells = rc->minmax.cells.dims[0] * rc->minmax.cells.dims[1] * rc->minmax.cells.dims[2];
     counters->cells = cells;
     counters->visible_cells = rc->state.visible_cells;
-    counters->bytes = (cells + blocks) * 2 * sizeof(float) + rc->state.map_bytes * (size_t)(1 + __builtin_popcount(rc->state.octants)) + rc->state.array_entries * 12 * sizeof(float) +
-                      (rc->state.bounds ? (cells + blocks) * sizeof(float) : 0) + rc->spans.words * sizeof *rc->spans.masks + rc->spans.fold_bytes +
-                      rc->state.table.count * 4 * sizeof(float) + rc->state.table.range.count * (size_t)rc->state.table.range.levels * 2 * sizeof(float) +
+    counters->bytes = (cells + blocks) * 2 * sizeof(float) + rc->state.map_bytes * (size_t)(1 + __builtin_popcount(rc->state.octants)) +
+                      rc->state.array_entries * 12 * sizeof(float) + (rc->state.bounds ? (cells + blocks) * sizeof(float) : 0) +
+                      rc->spans.words * sizeof *rc->spans.masks + rc->spans.fold_bytes + rc->state.table.count * 4 * sizeof(float) +
+                      rc->state.table.range.count * (size_t)rc->state.table.range.levels * 2 * sizeof(float) +
                       (rc->padded ? (size_t)job->slice * (size_t)(job->dims[2] < 2 ? 2 : job->dims[2]) * pel_type_size(job->type) : 0);
     return !atomic_load(&d.cancelled);
 }

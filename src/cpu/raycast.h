@@ -1,8 +1,9 @@
 /* SPDX-License-Identifier: MIT */
 /* The SIMD ray caster: docs/optics.md in float lanes, passing over what cannot be seen.
  *
- * What it keeps between frames comes in three layers, each rebuilt only when its source changed: the min-max grid (volume), the classification (transfer function,
- * isovalues, step: look-up tables and the cells that may be seen), the rays (camera, size, clipping: span masks and distance maps). */
+ * What it keeps between frames comes in three layers, each rebuilt only when its source changed: the min-max grid (volume), the
+ * classification (transfer function, isovalues, step: look-up tables and the cells that may be seen), the rays (camera, size, clipping:
+ * span masks and distance maps). */
 #ifndef PEL_CPU_RAYCAST_H
 #define PEL_CPU_RAYCAST_H
 
@@ -20,8 +21,8 @@ void pel_raycaster_destroy(struct pel_raycaster *raycaster); /* accepts NULL */
 /* "x86-64-v3" */
 const char *pel_raycaster_isa(const struct pel_raycaster *raycaster);
 
-/* Layer 1: the volume's min-max grid, and a padded copy of a volume too thin for the kernels' fetches. The volume is borrowed until the next call. Refuses volumes of
- * more than 2^31 - 1 voxels: the lanes' offsets have 32 bits. */
+/* Layer 1: the volume's min-max grid, and a padded copy of a volume too thin for the kernels' fetches. The volume is borrowed until the
+ * next call. Refuses volumes of more than 2^31 - 1 voxels: the lanes' offsets have 32 bits. */
 bool pel_raycaster_set_volume(struct pel_raycaster *raycaster, const struct pel_volume *volume, struct pel_error *error);
 
 /* Layer 2: tables and marks of visible cells for the scene's transfer function, isosurfaces and settings. */
@@ -34,7 +35,8 @@ struct pel_raycast_counters {
     uint64_t bytes; /* memory held beside the volume */
 };
 
-/* Layer 3: rays for a picture of this size, the cells that may be seen projected onto it, and distance maps for the directions in which its rays go. */
+/* Layer 3: rays for a picture of this size, the cells that may be seen projected onto it, and distance maps for the directions in which its
+ * rays go. */
 bool pel_raycaster_aim(struct pel_raycaster *raycaster, const struct pel_scene *scene, int width, int height, struct pel_error *error);
 
 /* Draws. The scene has passed pel_scene_check and is the one that was classified and aimed at. */

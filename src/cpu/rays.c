@@ -22,7 +22,8 @@ static void times_transposed(const double matrix[3][3], const double v[3], doubl
 }
 
 /* A world plane with the normal's side kept, as index-space coefficients. */
-static void plane_to_index(const struct pel_volume *volume, const double to_world[3][3], const double origin[3], const double normal[3], double plane[4])
+static void plane_to_index(const struct pel_volume *volume, const double to_world[3][3], const double origin[3], const double normal[3],
+                           double plane[4])
 {
     double unit[3] = { normal[0], normal[1], normal[2] }, from[3];
     pel_normalize(unit);
@@ -101,7 +102,8 @@ static void optics(struct pel_job *job, const struct pel_scene *scene, const dou
             job->normal[i][j] = (float)(to_index[j][i] * voxel);
             metric[i][j] = pel_dot(to_index[i], to_index[j]) * voxel * voxel;
         }
-    float m[6] = { (float)metric[0][0], (float)metric[1][1], (float)metric[2][2], (float)(2 * metric[0][1]), (float)(2 * metric[0][2]), (float)(2 * metric[1][2]) };
+    float m[6] = { (float)metric[0][0],       (float)metric[1][1],       (float)metric[2][2],
+                   (float)(2 * metric[0][1]), (float)(2 * metric[0][2]), (float)(2 * metric[1][2]) };
     memcpy(job->metric, m, sizeof m);
     double size = metric[0][0] + metric[1][1] + metric[2][2];
     job->orthogonal = fabs(metric[0][1]) + fabs(metric[0][2]) + fabs(metric[1][2]) < 1e-9 * size;
@@ -148,11 +150,12 @@ static void settings(struct pel_job *job, const struct pel_scene *scene)
     for (int a = 0; a < 3; a++)
         longest = fmax(longest, job->step / scene->volume->spacing[a]);
     /* Values at segment ends tell of the segment only where the two ends' cells touch. */
-    job->skip = s->skip && !(longest > PEL_CELL_SIZE * 0.5 && (s->mode == PEL_MODE_ISOSURFACE || s->classification == PEL_CLASSIFICATION_PREINTEGRATED));
+    job->skip = s->skip && !(longest > PEL_CELL_SIZE * 0.5 &&
+                             (s->mode == PEL_MODE_ISOSURFACE || s->classification == PEL_CLASSIFICATION_PREINTEGRATED));
 }
 
-/* Octants of directions (distance_map.h) into which rays go. A component of the direction is linear over the picture, so its signs are those at the corners; lanes beyond the edge count
- * too, and 0 goes with both. */
+/* Octants of directions (distance_map.h) into which rays go. A component of the direction is linear over the picture, so its signs are
+ * those at the corners; lanes beyond the edge count too, and 0 goes with both. */
 unsigned pel_rays_octants(const struct pel_job *job)
 {
     unsigned set = 0xff;

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
-/* Blinn-Phong shading from a gradient, two-sided (docs/optics.md). With headlights only, the light, the view and the half vector are one, and all that is needed is
- * the angle between gradient and ray: no vector leaves index space. */
+/* Blinn-Phong shading from a gradient, two-sided (docs/optics.md). With headlights only, the light, the view and the half vector are one,
+ * and all that is needed is the angle between gradient and ray: no vector leaves index space. */
 #ifndef PEL_CPU_SHADE_H
 #define PEL_CPU_SHADE_H
 

@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: MIT */
 /* Lanes: W floats or 32-bit integers side by side, W chosen by the instruction set that this file is compiled for.
  *
- * Arithmetic, comparison and bit operations are GCC's vector extensions (a comparison gives 0 or -1 in each lane). What they cannot say - selecting, gathering,
- * reducing, the multiply-add of 16-bit pairs - has one function each here, with an intrinsic where the machine has the instruction and a loop that any
- * compiler turns into something sound where it has not. */
+ * Arithmetic, comparison and bit operations are GCC's vector extensions (a comparison gives 0 or -1 in each lane). What they cannot say -
+ * selecting, gathering, reducing, the multiply-add of 16-bit pairs - has one function each here, with an intrinsic where the machine has
+ * the instruction and a loop that any compiler turns into something sound where it has not. */
 #ifndef PEL_CPU_SIMD_H
 #define PEL_CPU_SIMD_H
 

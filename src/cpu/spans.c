@@ -20,11 +20,13 @@ struct work {
     struct pel_projection projection;
 };
 
-/* Blocks that [centre - reach, centre + reach] can cover, at inverse depths from `near` to `far` (parallel: both 1); false where none is in the picture. */
+/* Blocks that [centre - reach, centre + reach] can cover, at inverse depths from `near` to `far` (parallel: both 1); false where none is in
+ * the picture. */
 static bool blocks_covered(const struct pel_projection *p, float centre, float near, float far, int axis, int *first, int *last)
 {
     float lo = centre - p->reach[axis], hi = centre + p->reach[axis];
-    float a = lo * (lo < 0 ? near : far) * p->focal[axis] + p->middle[axis], b = hi * (hi < 0 ? far : near) * p->focal[axis] + p->middle[axis];
+    float a = lo * (lo < 0 ? near : far) * p->focal[axis] + p->middle[axis],
+          b = hi * (hi < 0 ? far : near) * p->focal[axis] + p->middle[axis];
     float from = fminf(a, b) - 0.01f, to = fmaxf(a, b) + 0.01f;
     const int end = p->blocks[axis] << PEL_SPAN_SHIFT;
     if (to < 0 || from >= (float)end)
@@ -40,9 +42,11 @@ static void project_group(const struct pel_projection *p, float x, float y, floa
     float c[3];
     for (int i = 0; i < 3; i++)
         c[i] = p->origin[i] + x * p->axis[0][i] + y * p->axis[1][i] + z * p->axis[2][i];
-    float near = c[2] - p->reach[2], far = c[2] + p->reach[2], inverse_near = p->parallel ? 1 : 1 / near, inverse_far = p->parallel ? 1 : 1 / far;
+    float near = c[2] - p->reach[2], far = c[2] + p->reach[2], inverse_near = p->parallel ? 1 : 1 / near,
+          inverse_far = p->parallel ? 1 : 1 / far;
     int x0, x1, y0, y1;
-    if (!blocks_covered(p, c[0], inverse_near, inverse_far, 0, &x0, &x1) || !blocks_covered(p, c[1], inverse_near, inverse_far, 1, &y0, &y1))
+    if (!blocks_covered(p, c[0], inverse_near, inverse_far, 0, &x0, &x1) ||
+        !blocks_covered(p, c[1], inverse_near, inverse_far, 1, &y0, &y1))
         return;
     float first = (near - p->slab_start) * p->slabs, last = (far - p->slab_start) * p->slabs;
     pel_mark_span(p, x0, x1, y0, y1, first > 0 ? (int)first : 0, last < PEL_SPAN_SLABS - 1 ? (int)last : PEL_SPAN_SLABS - 1);
@@ -112,7 +116,8 @@ static void camera_space(struct work *w, const struct pel_scene *scene)
     p->middle[1] = (float)(w->job->height - 1) * 0.5f;
 }
 
-/* Least and greatest depth of what is visible; along a row of cells only the first and the last count. Where nothing is, a range all the same, before the camera. */
+/* Least and greatest depth of what is visible; along a row of cells only the first and the last count. Where nothing is, a range all the
+ * same, before the camera. */
 static void depth_range(const struct work *w, float *least, float *most)
 {
     const struct pel_job *job = w->job;
@@ -125,7 +130,8 @@ static void depth_range(const struct work *w, float *least, float *most)
     *most = -INFINITY;
     for (size_t z = 0; z < w->cells[2]; z++)
         for (size_t y = 0; y < w->cells[1]; y++) {
-            const uint8_t *row = job->marks + (z << job->cell_slice_shift) + (y << job->cell_row_shift), *first = memchr(row, 0, w->cells[0]);
+            const uint8_t *row = job->marks + (z << job->cell_slice_shift) + (y << job->cell_row_shift),
+                          *first = memchr(row, 0, w->cells[0]);
             if (!first)
                 continue;
             const uint8_t *last = row + w->cells[0] - 1;
@@ -133,7 +139,8 @@ static void depth_range(const struct work *w, float *least, float *most)
                 last--;
             for (int i = 0; i < 2; i++) {
                 size_t x = (size_t)((i ? last : first) - row);
-                float depth = origin + cube * ((float)(x / w->group) * p->axis[0][2] + (float)(y / w->group) * p->axis[1][2] + (float)(z / w->group) * p->axis[2][2]);
+                float depth = origin + cube * ((float)(x / w->group) * p->axis[0][2] + (float)(y / w->group) * p->axis[1][2] +
+                                               (float)(z / w->group) * p->axis[2][2]);
                 *least = fminf(*least, depth - reach);
                 *most = fmaxf(*most, depth + reach);
             }
@@ -176,8 +183,8 @@ static bool reserve(struct pel_spans *spans, size_t words, size_t fold_bytes, st
     return true;
 }
 
-bool pel_spans_build(struct pel_spans *spans, const struct pel_scene *scene, const size_t cells[3], size_t visible_cells, pel_project_surface project_surface,
-                     int threads, struct pel_job *job, struct pel_error *error)
+bool pel_spans_build(struct pel_spans *spans, const struct pel_scene *scene, const size_t cells[3], size_t visible_cells,
+                     pel_project_surface project_surface, int threads, struct pel_job *job, struct pel_error *error)
 {
     job->spans = NULL;
     job->looks = job->skip;

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT */
-/* One raster scan against the octant: d(c) = 1 + the least d of the seven neighbours towards it (the recurrence of the largest empty cube). The three rows that were finished before are folded into one, which the compiler
- * vectorises; only the step from cell to cell within the row is serial. */
+/* One raster scan against the octant: d(c) = 1 + the least d of the seven neighbours towards it (the recurrence of the largest empty cube).
+ * The three rows that were finished before are folded into one, which the compiler vectorises; only the step from cell to cell within the
+ * row is serial. */
 #include "distance_map.h"
 
 #include <stdlib.h>
@@ -32,7 +33,8 @@ static void scan_row(const uint8_t *marks, uint8_t *restrict to, const uint8_t *
     }
 }
 
-bool pel_distance_map(const uint8_t *marks, const size_t dims[3], size_t row, size_t slice, unsigned octant, uint8_t *map, struct pel_error *error)
+bool pel_distance_map(const uint8_t *marks, const size_t dims[3], size_t row, size_t slice, unsigned octant, uint8_t *map,
+                      struct pel_error *error)
 {
     uint8_t *fold = pel_alloc(dims[0] + 2, 1, "distance map", error);
     if (!fold)

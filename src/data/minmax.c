@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
-/* Built a row of cells at a time: the 5 x 5 voxel rows that a row of cells touches are folded into one row of extremes (a loop over x that the compiler
- * vectorises in the voxels' own type), which is then folded along x, five voxels a cell. */
+/* Built a row of cells at a time: the 5 x 5 voxel rows that a row of cells touches are folded into one row of extremes (a loop over x that
+ * the compiler vectorises in the voxels' own type), which is then folded along x, five voxels a cell. */
 #include "minmax.h"
 
 #include <math.h>
@@ -20,67 +20,67 @@ struct work {
 };
 
 /* Folds one voxel row into least and most. Integers have no NaN; a void value is compared in the voxels' type. */
-#define FOLD_INTEGER(NAME, T, LOW, HIGH)                                                                                                                \
-    static bool fold_##NAME(const void *row, size_t n, void *least_row, void *most_row, bool has_void, double void_value)                   \
-    {                                                                                                                                        \
-        const T *restrict v = row;                                                                                                           \
-        T *restrict lo = least_row, *restrict hi = most_row;                                                                                 \
-        bool fits = has_void && void_value >= (double)LOW && void_value <= (double)HIGH;                                                     \
-        T gap = fits ? (T)void_value : 0;                                                                                                    \
-        if (!fits || (double)gap != void_value) {                                                                                            \
-            for (size_t i = 0; i < n; i++) {                                                                                                 \
-                lo[i] = v[i] < lo[i] ? v[i] : lo[i];                                                                                         \
-                hi[i] = v[i] > hi[i] ? v[i] : hi[i];                                                                                         \
-            }                                                                                                                                \
-            return false;                                                                                                                    \
-        }                                                                                                                                    \
-        bool any = false;                                                                                                                    \
-        for (size_t i = 0; i < n; i++) {                                                                                                     \
-            bool is = v[i] == gap;                                                                                                           \
-            any |= is;                                                                                                                       \
-            lo[i] = !is && v[i] < lo[i] ? v[i] : lo[i];                                                                                      \
-            hi[i] = !is && v[i] > hi[i] ? v[i] : hi[i];                                                                                      \
-        }                                                                                                                                    \
-        return any;                                                                                                                          \
+#define FOLD_INTEGER(NAME, T, LOW, HIGH)                                                                                                   \
+    static bool fold_##NAME(const void *row, size_t n, void *least_row, void *most_row, bool has_void, double void_value)                  \
+    {                                                                                                                                      \
+        const T *restrict v = row;                                                                                                         \
+        T *restrict lo = least_row, *restrict hi = most_row;                                                                               \
+        bool fits = has_void && void_value >= (double)LOW && void_value <= (double)HIGH;                                                   \
+        T gap = fits ? (T)void_value : 0;                                                                                                  \
+        if (!fits || (double)gap != void_value) {                                                                                          \
+            for (size_t i = 0; i < n; i++) {                                                                                               \
+                lo[i] = v[i] < lo[i] ? v[i] : lo[i];                                                                                       \
+                hi[i] = v[i] > hi[i] ? v[i] : hi[i];                                                                                       \
+            }                                                                                                                              \
+            return false;                                                                                                                  \
+        }                                                                                                                                  \
+        bool any = false;                                                                                                                  \
+        for (size_t i = 0; i < n; i++) {                                                                                                   \
+            bool is = v[i] == gap;                                                                                                         \
+            any |= is;                                                                                                                     \
+            lo[i] = !is && v[i] < lo[i] ? v[i] : lo[i];                                                                                    \
+            hi[i] = !is && v[i] > hi[i] ? v[i] : hi[i];                                                                                    \
+        }                                                                                                                                  \
+        return any;                                                                                                                        \
     }
 
-#define FOLD_REAL(NAME, T, BIGGEST)                                                                                                          \
-    static bool fold_##NAME(const void *row, size_t n, void *least_row, void *most_row, bool has_void, double void_value)                   \
-    {                                                                                                                                        \
-        const T *restrict v = row;                                                                                                           \
-        T *restrict lo = least_row, *restrict hi = most_row;                                                                                 \
-        T gap = has_void ? (T)void_value : (T)NAN;                                                                                           \
-        int any = 0;                                                                                                                         \
-        for (size_t i = 0; i < n; i++) {                                                                                                     \
-            int good = (v[i] <= BIGGEST) & (v[i] >= -BIGGEST) & (v[i] != gap);                                                               \
-            any |= !good;                                                                                                                    \
-            lo[i] = good & (v[i] < lo[i]) ? v[i] : lo[i];                                                                                    \
-            hi[i] = good & (v[i] > hi[i]) ? v[i] : hi[i];                                                                                    \
-        }                                                                                                                                    \
-        return any;                                                                                                                          \
+#define FOLD_REAL(NAME, T, BIGGEST)                                                                                                        \
+    static bool fold_##NAME(const void *row, size_t n, void *least_row, void *most_row, bool has_void, double void_value)                  \
+    {                                                                                                                                      \
+        const T *restrict v = row;                                                                                                         \
+        T *restrict lo = least_row, *restrict hi = most_row;                                                                               \
+        T gap = has_void ? (T)void_value : (T)NAN;                                                                                         \
+        int any = 0;                                                                                                                       \
+        for (size_t i = 0; i < n; i++) {                                                                                                   \
+            int good = (v[i] <= BIGGEST) & (v[i] >= -BIGGEST) & (v[i] != gap);                                                             \
+            any |= !good;                                                                                                                  \
+            lo[i] = good & (v[i] < lo[i]) ? v[i] : lo[i];                                                                                  \
+            hi[i] = good & (v[i] > hi[i]) ? v[i] : hi[i];                                                                                  \
+        }                                                                                                                                  \
+        return any;                                                                                                                        \
     }
 
 /* Folds the extremes of a voxel row into the cells, and starts the rows anew. An integer row that met voids only keeps least > most. */
-#define GATHER(NAME, T, LOW, HIGH)                                                                                                           \
-    static void clear_##NAME(void *least_row, void *most_row, size_t n)                                                                     \
-    {                                                                                                                                        \
-        T *lo = least_row, *hi = most_row;                                                                                                   \
-        for (size_t i = 0; i < n; i++)                                                                                                       \
-            lo[i] = HIGH, hi[i] = LOW;                                                                                                       \
-    }                                                                                                                                        \
-    static void gather_##NAME(const void *least_row, const void *most_row, size_t n, size_t cells, float *least, float *most)               \
-    {                                                                                                                                        \
-        const T *lo = least_row, *hi = most_row;                                                                                             \
-        for (size_t c = 0; c < cells; c++) {                                                                                                 \
-            size_t first = c * PEL_CELL_SIZE, last = first + PEL_CELL_SIZE < n ? first + PEL_CELL_SIZE : n - 1;                              \
-            T a = HIGH, b = LOW;                                                                                                             \
-            for (size_t i = first; i <= last; i++) {                                                                                         \
-                a = lo[i] < a ? lo[i] : a;                                                                                                   \
-                b = hi[i] > b ? hi[i] : b;                                                                                                   \
-            }                                                                                                                                \
-            least[c] = a > b ? INFINITY : round_down((double)a);                                                                             \
-            most[c] = a > b ? -INFINITY : round_up((double)b);                                                                               \
-        }                                                                                                                                    \
+#define GATHER(NAME, T, LOW, HIGH)                                                                                                         \
+    static void clear_##NAME(void *least_row, void *most_row, size_t n)                                                                    \
+    {                                                                                                                                      \
+        T *lo = least_row, *hi = most_row;                                                                                                 \
+        for (size_t i = 0; i < n; i++)                                                                                                     \
+            lo[i] = HIGH, hi[i] = LOW;                                                                                                     \
+    }                                                                                                                                      \
+    static void gather_##NAME(const void *least_row, const void *most_row, size_t n, size_t cells, float *least, float *most)              \
+    {                                                                                                                                      \
+        const T *lo = least_row, *hi = most_row;                                                                                           \
+        for (size_t c = 0; c < cells; c++) {                                                                                               \
+            size_t first = c * PEL_CELL_SIZE, last = first + PEL_CELL_SIZE < n ? first + PEL_CELL_SIZE : n - 1;                            \
+            T a = HIGH, b = LOW;                                                                                                           \
+            for (size_t i = first; i <= last; i++) {                                                                                       \
+                a = lo[i] < a ? lo[i] : a;                                                                                                 \
+                b = hi[i] > b ? hi[i] : b;                                                                                                 \
+            }                                                                                                                              \
+            least[c] = a > b ? INFINITY : round_down((double)a);                                                                           \
+            most[c] = a > b ? -INFINITY : round_up((double)b);                                                                             \
+        }                                                                                                                                  \
     }
 
 static float round_down(double v)

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
-/* Min-max grid: the least and the greatest value that reconstruction can give in each cell of 4^3 voxel steps, and in each block of 4^3 cells. It is made
- * once a volume; classified by a transfer function's range table or by isovalues it says where nothing can be seen.
+/* Min-max grid: the least and the greatest value that reconstruction can give in each cell of 4^3 voxel steps, and in each block of 4^3
+ * cells. It is made once a volume; classified by a transfer function's range table or by isovalues it says where nothing can be seen.
  *
  * Cell (i,j,k) covers the index-space positions [4i, 4i+4) x ..., so the voxels 4i .. 4i+4: neighbours share a face of voxels. */
 #ifndef PEL_DATA_MINMAX_H
@@ -14,7 +14,8 @@
 
 struct pel_minmax_level {
     size_t dims[3];
-    float *least, *most; /* owned; +inf and -inf where a cell holds nothing but voids. Rounded outwards where float is narrower than the data */
+    float *least,
+        *most; /* owned; +inf and -inf where a cell holds nothing but voids. Rounded outwards where float is narrower than the data */
 };
 
 struct pel_minmax {

@@ -15,7 +15,8 @@ struct pel_range_table {
     float *most;   /* owned; the same for the greatest */
 };
 
-/* Builds over `count` floats (no NaN). May be called again with a table that was built before: memory is reused where the count is the same. */
+/* Builds over `count` floats (no NaN). May be called again with a table that was built before: memory is reused where the count is the
+ * same. */
 bool pel_range_table_build(struct pel_range_table *table, const float *values, size_t count, struct pel_error *error);
 void pel_range_table_finish(struct pel_range_table *table); /* accepts a zeroed table */
 

@@ -11,7 +11,8 @@
  * sample is void (any component NaN or the void value). */
 void pel_samples_load(const struct pel_volume *volume, size_t first, size_t count, double *out);
 
-/* Work over all samples is cut into this many slabs at most, whatever the thread count, and merged in their order: the same sums anywhere. */
+/* Work over all samples is cut into this many slabs at most, whatever the thread count, and merged in their order: the same sums anywhere.
+ */
 #define PEL_MAX_SLABS 256
 size_t pel_slab_count(size_t samples);
 /* First sample of a slab; the next slab's first is its end. */

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT */
-/* Fitting the camera to what a scene shows, instead of to the volume's box: scans leave wide margins of air. A few hundred thousand samples of the volume stand for all; one in two hundred may
- * be left outside at each side of each axis, so that specks of noise do not push the object into the distance. */
+/* Fitting the camera to what a scene shows, instead of to the volume's box: scans leave wide margins of air. A few hundred thousand samples
+ * of the volume stand for all; one in two hundred may be left outside at each side of each axis, so that specks of noise do not push the
+ * object into the distance. */
 #include <pellucid/scene.h>
 
 #include <math.h>
@@ -97,7 +98,8 @@ void pel_scene_fit_camera(struct pel_scene *scene, int width, int height)
             hi[a] = fmax(hi[a], along);
         }
     }
-    double aspect = (double)width / height, ty = tan(camera->view_angle / 360 * 3.14159265358979323846) * 0.88, tx = ty * aspect, distance = 0, scale = 0;
+    double aspect = (double)width / height, ty = tan(camera->view_angle / 360 * 3.14159265358979323846) * 0.88, tx = ty * aspect,
+           distance = 0, scale = 0;
     double middle[3] = { (lo[0] + hi[0]) / 2, (lo[1] + hi[1]) / 2, (lo[2] + hi[2]) / 2 };
     for (size_t i = 0; i < points.count; i++) {
         double x = fabs(points.at[i][0] - middle[0]), y = fabs(points.at[i][1] - middle[1]), z = points.at[i][2] - middle[2];

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
-/* A transfer function sampled into equal steps of value, for kernels that look up instead of searching curves, with the range table over its
- * opacities. Entry i stands for the value lo + i * (hi - lo) / (count - 1); values outside [lo, hi] get the first or last entry. */
+/* A transfer function sampled into equal steps of value, for kernels that look up instead of searching curves, with the range table over
+ * its opacities. Entry i stands for the value lo + i * (hi - lo) / (count - 1); values outside [lo, hi] get the first or last entry. */
 #ifndef PEL_DATA_TRANSFER_TABLE_H
 #define PEL_DATA_TRANSFER_TABLE_H
 
@@ -17,9 +17,10 @@ struct pel_transfer_table {
     struct pel_transfer transfer; /* owned copy: what the table was built from */
 };
 
-/* Builds for values in [data_lo, data_hi] (the volume's range; need not be ordered or distinct). [lo, hi] is the part of it in which the curves change, widened to
- * something where that is empty; `count` is 4096, or more (up to 65536) where two successive points are so near that they would share fewer than
- * 16 entries. May be called again on a table built before (reuses memory; returns at once where nothing changed). Under 1 ms for 4096 entries. */
+/* Builds for values in [data_lo, data_hi] (the volume's range; need not be ordered or distinct). [lo, hi] is the part of it in which the
+ * curves change, widened to something where that is empty; `count` is 4096, or more (up to 65536) where two successive points are so near
+ * that they would share fewer than 16 entries. May be called again on a table built before (reuses memory; returns at once where nothing
+ * changed). Under 1 ms for 4096 entries. */
 bool pel_transfer_table_build(struct pel_transfer_table *table, const struct pel_transfer *transfer, double data_lo, double data_hi,
                               struct pel_error *error);
 void pel_transfer_table_finish(struct pel_transfer_table *table); /* accepts a zeroed table */

@@ -67,7 +67,8 @@ bool pel_gl_describe(struct pel_device_info *info)
     bool embedded = strncmp(info->version, "OpenGL ES", 9) == 0;
     info->usable = !embedded && sscanf(info->version, "%d.%d", &major, &minor) == 2 && (major > 4 || (major == 4 && minor >= 5));
     if (!info->usable) {
-        snprintf(info->note, sizeof info->note, "not usable: OpenGL 4.5 is needed, and this is %s%s", embedded ? "" : "OpenGL ", info->version);
+        snprintf(info->note, sizeof info->note, "not usable: OpenGL 4.5 is needed, and this is %s%s", embedded ? "" : "OpenGL ",
+                 info->version);
         return true;
     }
     info->memory_bytes = info->software ? 0 : memory(false);
@@ -93,7 +94,8 @@ void pel_devices_compare(struct pel_device_info *infos, int count)
             continue; /* its note says why */
         info->chosen = i == best;
         if (i == best)
-            snprintf(info->note, sizeof info->note, "%s", info->software ? "chosen: software, as no hardware GPU is usable" : "chosen: the first usable GPU");
+            snprintf(info->note, sizeof info->note, "%s",
+                     info->software ? "chosen: software, as no hardware GPU is usable" : "chosen: the first usable GPU");
         else if (info->software && !infos[best].software)
             snprintf(info->note, sizeof info->note, "usable, but software: GPU %d comes first", best);
         else

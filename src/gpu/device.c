@@ -9,7 +9,8 @@
 #include "egl.h"
 #include "fail.h"
 
-/* Learns what a driver has that cannot make the context that we want; the reason is in the error already, and gets better where this works. */
+/* Learns what a driver has that cannot make the context that we want; the reason is in the error already, and gets better where this works.
+ */
 static void describe_old(const struct pel_egl_candidate *candidate, struct pel_device_info *info)
 {
     struct pel_egl egl;
@@ -24,7 +25,8 @@ static void describe_old(const struct pel_egl_candidate *candidate, struct pel_d
     info->usable = false;
 }
 
-static bool open_and_describe(const struct pel_egl_candidate *candidate, bool debug, struct pel_egl *egl, struct pel_device_info *info, struct pel_error *error)
+static bool open_and_describe(const struct pel_egl_candidate *candidate, bool debug, struct pel_egl *egl, struct pel_device_info *info,
+                              struct pel_error *error)
 {
     struct pel_egl_current before;
     pel_egl_describe(candidate, info);
@@ -103,11 +105,13 @@ static const char *word_of(GLenum value)
     }
 }
 
-static void GLAPIENTRY on_message(GLenum source, GLenum type, GLuint id, GLenum severity, GLsizei length, const GLchar *message, const void *user)
+static void GLAPIENTRY on_message(GLenum source, GLenum type, GLuint id, GLenum severity, GLsizei length, const GLchar *message,
+                                  const void *user)
 {
     const struct pel_device *device = user;
     (void)source, (void)id, (void)length;
-    if (type == GL_DEBUG_TYPE_PUSH_GROUP || type == GL_DEBUG_TYPE_POP_GROUP || (severity == GL_DEBUG_SEVERITY_NOTIFICATION && !device->params.debug))
+    if (type == GL_DEBUG_TYPE_PUSH_GROUP || type == GL_DEBUG_TYPE_POP_GROUP ||
+        (severity == GL_DEBUG_SEVERITY_NOTIFICATION && !device->params.debug))
         return;
     char text[512];
     snprintf(text, sizeof text, "GL %s: %s", word_of(type), message);
@@ -135,7 +139,8 @@ static bool prepare_context(struct pel_device *device, struct pel_error *error)
     return ok;
 }
 
-static struct pel_device *open_device(const struct pel_egl_candidate *candidate, const struct pel_device_params *params, struct pel_error *error)
+static struct pel_device *open_device(const struct pel_egl_candidate *candidate, const struct pel_device_params *params,
+                                      struct pel_error *error)
 {
     struct pel_device *device = pel_alloc(1, sizeof *device, "a device", error);
     struct pel_error why = PEL_ERROR_INIT;
@@ -159,7 +164,8 @@ static struct pel_device *open_device(const struct pel_egl_candidate *candidate,
 }
 
 /* The first hardware, and until one is found the first software is kept. */
-static struct pel_device *open_best(const struct pel_egl_candidate *candidates, int count, const struct pel_device_params *params, struct pel_error *error)
+static struct pel_device *open_best(const struct pel_egl_candidate *candidates, int count, const struct pel_device_params *params,
+                                    struct pel_error *error)
 {
     struct pel_device *best = NULL;
     struct pel_error first = PEL_ERROR_INIT;
@@ -193,7 +199,8 @@ struct pel_device *pel_device_create_path(unsigned paths, int index, const struc
         return NULL;
     }
     if (index >= count) {
-        pel_fail(error, PEL_ERROR_ARGUMENT, "there is no GPU %d; there %s %d, numbered from 0 (see pellucid devices)", index, count == 1 ? "is" : "are", count);
+        pel_fail(error, PEL_ERROR_ARGUMENT, "there is no GPU %d; there %s %d, numbered from 0 (see pellucid devices)", index,
+                 count == 1 ? "is" : "are", count);
         return NULL;
     }
     if (index < 0)
@@ -282,7 +289,8 @@ static bool own_is_current(const struct pel_device *device, struct pel_error *er
 {
     struct pel_egl_current current;
     pel_egl_get_current(&current);
-    return current.context == device->egl.context || pel_fail(error, PEL_ERROR_ARGUMENT, "another OpenGL context was made current while this device is in use");
+    return current.context == device->egl.context ||
+           pel_fail(error, PEL_ERROR_ARGUMENT, "another OpenGL context was made current while this device is in use");
 }
 
 bool pel_device_begin(struct pel_device *device, struct pel_error *error)

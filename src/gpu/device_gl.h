@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
-/* The inside of a device, for the engines that draw with it. Whoever calls GL brackets it with pel_device_begin and pel_device_end, and asks
- * pel_device_check at the end of each stage. Passes use direct state access; in a context that is not ours they put back what they bind
- * (pel_gl_save, pel_gl_restore). */
+/* The inside of a device, for the engines that draw with it. Whoever calls GL brackets it with pel_device_begin and pel_device_end, and
+ * asks pel_device_check at the end of each stage. Passes use direct state access; in a context that is not ours they put back what they
+ * bind (pel_gl_save, pel_gl_restore). */
 #ifndef PEL_GPU_DEVICE_GL_H
 #define PEL_GPU_DEVICE_GL_H
 
@@ -41,13 +41,14 @@ enum { PEL_PATH_DEVICE = 1 << 0, PEL_PATH_SURFACELESS = 1 << 1, PEL_PATH_PBUFFER
 int pel_device_list_paths(unsigned paths, struct pel_device_info *infos, int room, struct pel_error *error);
 struct pel_device *pel_device_create_path(unsigned paths, int index, const struct pel_device_params *params, struct pel_error *error);
 
-/* Makes the context current on this thread, and remembers what was, for pel_device_end to bring back. A borrowed one must be current already. May be nested,
- * and another device begun within, where the ends come in reverse order. Fails where the device is lost, or the thread holds a context that EGL cannot replace. */
+/* Makes the context current on this thread, and remembers what was, for pel_device_end to bring back. A borrowed one must be current
+ * already. May be nested, and another device begun within, where the ends come in reverse order. Fails where the device is lost, or the
+ * thread holds a context that EGL cannot replace. */
 bool pel_device_begin(struct pel_device *device, struct pel_error *error);
 void pel_device_end(struct pel_device *device); /* only after a begin that worked */
 
-/* Whether GL has had no error since the last check (or begin). `what` heads the message: "upload: GL_INVALID_VALUE". Out of memory is PEL_ERROR_MEMORY, a lost
- * device and everything else PEL_ERROR_UNSUPPORTED. Clears the errors. */
+/* Whether GL has had no error since the last check (or begin). `what` heads the message: "upload: GL_INVALID_VALUE". Out of memory is
+ * PEL_ERROR_MEMORY, a lost device and everything else PEL_ERROR_UNSUPPORTED. Clears the errors. */
 bool pel_device_check(struct pel_device *device, const char *what, struct pel_error *error);
 
 /* Bytes that the driver calls free now, between begin and end; 0: it does not tell. */
@@ -55,8 +56,8 @@ uint64_t pel_device_free_bytes(const struct pel_device *device);
 
 enum { PEL_SAVED_UNITS = 16, PEL_SAVED_IMAGES = 8, PEL_SAVED_BUFFERS = 16, PEL_SAVED_TARGETS = 5, PEL_SAVED_STORES = 16 };
 
-/* The state that our passes change, as a host program had it: program, texture units 0..15 (1D, 2D, 3D, 2D array, buffer; samplers), image units 0..7, storage
- * and uniform buffers 0..15, pixel store, pixel pack and unpack buffers, framebuffers, vertex array, viewport. */
+/* The state that our passes change, as a host program had it: program, texture units 0..15 (1D, 2D, 3D, 2D array, buffer; samplers), image
+ * units 0..7, storage and uniform buffers 0..15, pixel store, pixel pack and unpack buffers, framebuffers, vertex array, viewport. */
 struct pel_gl_saved {
     GLint program, active_texture, vertex_array, draw_framebuffer, read_framebuffer, viewport[4];
     GLint pack_buffer, unpack_buffer, storage_buffer, uniform_buffer;
@@ -71,8 +72,8 @@ struct pel_gl_saved {
     } storage[PEL_SAVED_BUFFERS], uniform[PEL_SAVED_BUFFERS];
 };
 
-/* Takes note of it, then sets what would mislead us to GL's defaults: pixel store (with alignment 1), no pixel buffers, no samplers. A context of our own
- * wants neither, as nobody else changes it. */
+/* Takes note of it, then sets what would mislead us to GL's defaults: pixel store (with alignment 1), no pixel buffers, no samplers. A
+ * context of our own wants neither, as nobody else changes it. */
 void pel_gl_save(struct pel_gl_saved *saved);
 void pel_gl_restore(const struct pel_gl_saved *saved);
 

@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: MIT */
 /* EGL without a window: devices by enumeration, else Mesa's surfaceless platform, else the default display with a pbuffer of one pixel.
  *
- * Displays are never terminated. EGL has one display a device in the process and counts no users of it, so terminating it would take the context from under
- * other devices, and from under a host program that draws on the same GPU. Extension functions are looked up by hand: epoxy ends the process where it believes
- * that there is none. */
+ * Displays are never terminated. EGL has one display a device in the process and counts no users of it, so terminating it would take the
+ * context from under other devices, and from under a host program that draws on the same GPU. Extension functions are looked up by hand:
+ * epoxy ends the process where it believes that there is none. */
 #include "egl.h"
 
 #include <dlfcn.h>
@@ -85,7 +85,8 @@ static bool has(const char *extensions, const char *name)
     return extensions && epoxy_extension_in_string(extensions, name);
 }
 
-/* Extensions of EGL itself, before any display; EGL 1.4 without EGL_EXT_client_extensions has none, and raises an error that is taken away. */
+/* Extensions of EGL itself, before any display; EGL 1.4 without EGL_EXT_client_extensions has none, and raises an error that is taken away.
+ */
 static const char *client_extensions(void)
 {
     const char *extensions = eglQueryString(EGL_NO_DISPLAY, EGL_EXTENSIONS);
@@ -102,7 +103,8 @@ static const char *device_extensions(void *device)
 
 static int enumerate(const char *extensions, struct pel_egl_candidate *candidates)
 {
-    bool known = (has(extensions, "EGL_EXT_device_enumeration") || has(extensions, "EGL_EXT_device_base")) && has(extensions, "EGL_EXT_platform_device");
+    bool known = (has(extensions, "EGL_EXT_device_enumeration") || has(extensions, "EGL_EXT_device_base")) &&
+                 has(extensions, "EGL_EXT_platform_device");
     PFNEGLQUERYDEVICESEXTPROC query = known ? (PFNEGLQUERYDEVICESEXTPROC)eglGetProcAddress("eglQueryDevicesEXT") : NULL;
     EGLDeviceEXT devices[PEL_MAX_DEVICES];
     EGLint count = 0;
@@ -138,7 +140,9 @@ int pel_egl_candidates(unsigned paths, struct pel_egl_candidate *candidates, str
 
 void pel_egl_describe(const struct pel_egl_candidate *candidate, struct pel_device_info *info)
 {
-    const char *path = candidate->path == PEL_PATH_DEVICE ? "EGL device" : candidate->path == PEL_PATH_SURFACELESS ? "EGL surfaceless" : "EGL pbuffer";
+    const char *path = candidate->path == PEL_PATH_DEVICE        ? "EGL device"
+                       : candidate->path == PEL_PATH_SURFACELESS ? "EGL surfaceless"
+                                                                 : "EGL pbuffer";
     snprintf(info->path, sizeof info->path, "%s", path);
     if (candidate->path != PEL_PATH_DEVICE)
         return;
@@ -192,8 +196,8 @@ static bool choose_config(EGLDisplay display, bool pbuffer, EGLConfig *config, s
     return count > 0 || pel_fail(error, PEL_ERROR_UNSUPPORTED, "the driver has no OpenGL%s", pbuffer ? " with pbuffers" : "");
 }
 
-/* The attributes have the same numbers in EGL 1.5 and in EGL_KHR_create_context. Resets are asked to be told of, but not robust access: our shaders stay within
- * their buffers, and a driver that checks each access is slower. */
+/* The attributes have the same numbers in EGL 1.5 and in EGL_KHR_create_context. Resets are asked to be told of, but not robust access: our
+ * shaders stay within their buffers, and a driver that checks each access is slower. */
 static EGLContext create_context(EGLDisplay display, EGLConfig config, bool any_version, bool debug, bool told_of_resets)
 {
     EGLint attributes[16], n = 0;
@@ -284,10 +288,11 @@ bool pel_egl_enter(const struct pel_egl *egl, struct pel_egl_current *before, st
         return true;
     EGLint code = eglGetError();
     if (code == EGL_BAD_ACCESS)
-        return pel_fail(error, PEL_ERROR_UNSUPPORTED, "the context cannot be made current: it is current on another thread, or this thread has one that is not "
-                                                      "EGL's (release that, or wrap it)");
-    return pel_fail(error, code == EGL_BAD_ALLOC ? PEL_ERROR_MEMORY : PEL_ERROR_UNSUPPORTED, "the context cannot be made current: %s%s", error_name(code),
-                    code == EGL_CONTEXT_LOST ? " (device lost)" : "");
+        return pel_fail(error, PEL_ERROR_UNSUPPORTED,
+                        "the context cannot be made current: it is current on another thread, or this thread has one that is not "
+                        "EGL's (release that, or wrap it)");
+    return pel_fail(error, code == EGL_BAD_ALLOC ? PEL_ERROR_MEMORY : PEL_ERROR_UNSUPPORTED, "the context cannot be made current: %s%s",
+                    error_name(code), code == EGL_CONTEXT_LOST ? " (device lost)" : "");
 }
 
 void pel_egl_leave(const struct pel_egl *egl, const struct pel_egl_current *before)

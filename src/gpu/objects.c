@@ -22,8 +22,8 @@ static size_t texel_bytes(GLenum format)
     }
 }
 
-bool pel_texture_reserve(struct pel_device *device, struct pel_texture *texture, GLenum format, int width, int height, int depth, GLenum filter,
-                         struct pel_error *error)
+bool pel_texture_reserve(struct pel_device *device, struct pel_texture *texture, GLenum format, int width, int height, int depth,
+                         GLenum filter, struct pel_error *error)
 {
     int size[3] = { width, height, depth > 0 ? depth : 1 };
     if (texture->name && texture->format == format && !memcmp(texture->size, size, sizeof size))

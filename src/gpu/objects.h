@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
-/* Programs, textures, buffers and timers of a device, counted, so that a test can see that none is left. All need the device's context to be current (pel_device_begin). A handle of 0 is
- * nothing: destroying it is allowed. */
+/* Programs, textures, buffers and timers of a device, counted, so that a test can see that none is left. All need the device's context to
+ * be current (pel_device_begin). A handle of 0 is nothing: destroying it is allowed. */
 #ifndef PEL_GPU_OBJECTS_H
 #define PEL_GPU_OBJECTS_H
 
@@ -10,8 +10,8 @@
 
 #include "device_gl.h"
 
-/* A compute program from a shader file (shader_source.h) and lines of defines. A binary that an earlier run left in $XDG_CACHE_HOME/pellucid is taken where driver and text are the same. 0 and
- * the compiler's words on failure. */
+/* A compute program from a shader file (shader_source.h) and lines of defines. A binary that an earlier run left in
+ * $XDG_CACHE_HOME/pellucid is taken where driver and text are the same. 0 and the compiler's words on failure. */
 GLuint pel_program_create(struct pel_device *device, const char *file, const char *defines, struct pel_error *error);
 void pel_program_destroy(struct pel_device *device, GLuint program);
 
@@ -22,10 +22,10 @@ struct pel_texture {
     uint64_t bytes;
 };
 
-/* Immutable storage of one level, 2D where depth is 0, else 3D. Filter GL_NEAREST or GL_LINEAR; coordinates are clamped to the edge. The texture must be zeroed, or an older one, which is kept where it
- * fits and else replaced; what it holds is undefined afterwards. */
-bool pel_texture_reserve(struct pel_device *device, struct pel_texture *texture, GLenum format, int width, int height, int depth, GLenum filter,
-                         struct pel_error *error);
+/* Immutable storage of one level, 2D where depth is 0, else 3D. Filter GL_NEAREST or GL_LINEAR; coordinates are clamped to the edge. The
+ * texture must be zeroed, or an older one, which is kept where it fits and else replaced; what it holds is undefined afterwards. */
+bool pel_texture_reserve(struct pel_device *device, struct pel_texture *texture, GLenum format, int width, int height, int depth,
+                         GLenum filter, struct pel_error *error);
 void pel_texture_destroy(struct pel_device *device, struct pel_texture *texture); /* accepts a zeroed one */
 
 struct pel_buffer {
@@ -41,7 +41,8 @@ void pel_buffer_destroy(struct pel_device *device, struct pel_buffer *buffer); /
 struct pel_gpu_timer {
     GLuint query;
 };
-void pel_gpu_timer_begin(struct pel_device *device, struct pel_gpu_timer *timer, const char *stage); /* opens a debug group of that name, too */
+void pel_gpu_timer_begin(struct pel_device *device, struct pel_gpu_timer *timer,
+                         const char *stage); /* opens a debug group of that name, too */
 void pel_gpu_timer_end(struct pel_gpu_timer *timer);
 double pel_gpu_timer_ms(struct pel_gpu_timer *timer); /* waits for it */
 void pel_gpu_timer_destroy(struct pel_device *device, struct pel_gpu_timer *timer);

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT */
-/* Programs, compiled or taken from the cache. The cache is a folder of files, each named by a hash of driver and text, with a checksum before the binary; a file is written under another name
- * and renamed, so that runs side by side see whole files or none. Whatever is wrong with it, the program is compiled. */
+/* Programs, compiled or taken from the cache. The cache is a folder of files, each named by a hash of driver and text, with a checksum
+ * before the binary; a file is written under another name and renamed, so that runs side by side see whole files or none. Whatever is wrong
+ * with it, the program is compiled. */
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -76,7 +77,8 @@ static bool load_cached(GLuint program, const char *path)
               head.length <= (uint32_t)64 << 20;
     if (ok) {
         binary = malloc(head.length);
-        ok = binary && fread(binary, 1, head.length, file) == head.length && fgetc(file) == EOF && hash(HASH_START, binary, head.length) == head.checksum;
+        ok = binary && fread(binary, 1, head.length, file) == head.length && fgetc(file) == EOF &&
+             hash(HASH_START, binary, head.length) == head.checksum;
     }
     fclose(file);
     if (ok) {

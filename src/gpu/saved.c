@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: MIT */
-/* A host program's state, kept through our passes: what they bind, and what would mislead them. Some 250 queries, which no driver sends to the GPU. */
+/* A host program's state, kept through our passes: what they bind, and what would mislead them. Some 250 queries, which no driver sends to
+ * the GPU. */
 #include "device_gl.h"
 
 static const struct {
@@ -79,8 +80,8 @@ static void restore_textures(const struct pel_gl_saved *saved)
     }
     int images = have(GL_MAX_IMAGE_UNITS, PEL_SAVED_IMAGES);
     for (int i = 0; i < images; i++)
-        glBindImageTexture((GLuint)i, (GLuint)saved->images[i].name, saved->images[i].level, saved->images[i].layered != 0, saved->images[i].layer,
-                           (GLenum)saved->images[i].access, (GLenum)saved->images[i].format);
+        glBindImageTexture((GLuint)i, (GLuint)saved->images[i].name, saved->images[i].level, saved->images[i].layered != 0,
+                           saved->images[i].layer, (GLenum)saved->images[i].access, (GLenum)saved->images[i].format);
 }
 
 void pel_gl_save(struct pel_gl_saved *saved)

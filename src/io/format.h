@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
-/* What a file format is to this library: one descriptor, found in the table of formats.c. To add a format: one file with its functions and its
- * descriptor, one line in the table. Also the few things that all readers share. */
+/* What a file format is to this library: one descriptor, found in the table of formats.c. To add a format: one file with its functions and
+ * its descriptor, one line in the table. Also the few things that all readers share. */
 #ifndef PEL_IO_FORMAT_H
 #define PEL_IO_FORMAT_H
 
@@ -25,8 +25,9 @@ struct pel_format {
     bool (*probe)(const unsigned char *bytes, size_t size, const char *path);
 
     /* Reads into an initialised, empty volume; fills info's arrays and notes (info is never NULL here). The dispatcher adds the path in
-     * front of messages, format to info, and calls pel_volume_check, pel_volume_update_range and pel_volume_detect_labels afterwards, and finishes the volume on
-     * failure. The file may be gzip'd as a whole: open it with pel_stream_open(path, PEL_STREAM_AUTO, ...). NULL: cannot read. */
+     * front of messages, format to info, and calls pel_volume_check, pel_volume_update_range and pel_volume_detect_labels afterwards, and
+     * finishes the volume on failure. The file may be gzip'd as a whole: open it with pel_stream_open(path, PEL_STREAM_AUTO, ...). NULL:
+     * cannot read. */
     bool (*read)(const char *path, const struct pel_read_params *params, struct pel_volume *volume, struct pel_file_info *info,
                  struct pel_error *error);
 
@@ -53,8 +54,8 @@ void pel_info_note(struct pel_file_info *info, const char *format, ...) __attrib
 /* Lists an array; silently dropped beyond PEL_MAX_ARRAYS. */
 void pel_info_array(struct pel_file_info *info, const char *name, enum pel_type type, int components);
 
-/* Which of info's arrays params->array asks for: its index; where it is NULL, `fallback`. -1 and PEL_ERROR_ARGUMENT, with the names that there are, where it has none
- * of that name. */
+/* Which of info's arrays params->array asks for: its index; where it is NULL, `fallback`. -1 and PEL_ERROR_ARGUMENT, with the names that
+ * there are, where it has none of that name. */
 int pel_info_choose(const struct pel_file_info *info, const struct pel_read_params *params, int fallback, struct pel_error *error);
 
 /* Number of bytes of dims[0]*dims[1]*dims[2]*components numbers; refuses zero dims, 0 or more than 4 components and overflow. */
@@ -64,7 +65,8 @@ bool pel_volume_size_check(const uint64_t dims[3], enum pel_type type, uint64_t 
  * becomes the unit vector along world axis `axis`, spacing 1, with a note. */
 void pel_volume_set_axis(struct pel_volume *volume, int axis, const double step[3], struct pel_file_info *info);
 
-/* Makes direction invertible where the file's is not (a plane of vectors): falls back to the identity, with a note. Called after the axes are set. */
+/* Makes direction invertible where the file's is not (a plane of vectors): falls back to the identity, with a note. Called after the axes
+ * are set. */
 void pel_volume_mend_directions(struct pel_volume *volume, struct pel_file_info *info);
 
 /* Reverses the bytes of each of `count` numbers of `size` bytes in place. */

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: MIT */
-/* The formats. To add one: a line here. Formats with a sure mark at their beginning come first; the raw format has none and is asked for by name. */
+/* The formats. To add one: a line here. Formats with a sure mark at their beginning come first; the raw format has none and is asked for by
+ * name. */
 #include "format.h"
 
 const struct pel_format *const pel_formats[] = {

@@ -15,8 +15,8 @@ static bool check(const struct pel_image *image, struct pel_error *error)
     return pel_fail(error, PEL_ERROR_ARGUMENT, "there is no picture to write");
 }
 
-static bool write_to(struct pel_safe_file *out, const char *path, const struct pel_image *image, const struct pel_image_write_params *params,
-                     struct pel_error *error)
+static bool write_to(struct pel_safe_file *out, const char *path, const struct pel_image *image,
+                     const struct pel_image_write_params *params, struct pel_error *error)
 {
     if (pel_path_has_ending(path, ".nrrd"))
         return pel_nrrd_write_pixels(out, image->rgba, image->width, image->height, 4, "RGBA, premultiplied", error);
@@ -56,7 +56,8 @@ bool pel_write_depth(const char *path, const struct pel_image *image, struct pel
         return pel_fail(error, PEL_ERROR_ARGUMENT, "%s: depth is written as .nrrd", path);
     struct pel_safe_file out = { 0 };
     bool ok = pel_safe_file_open(&out, path, error) &&
-              pel_nrrd_write_pixels(&out, image->depth, image->width, image->height, 1, "depth", error) && pel_safe_file_commit(&out, error);
+              pel_nrrd_write_pixels(&out, image->depth, image->width, image->height, 1, "depth", error) &&
+              pel_safe_file_commit(&out, error);
     pel_safe_file_abort(&out);
     return ok || pel_fail_in(error, "%s: ", path);
 }

@@ -23,8 +23,9 @@ struct reader {
 static bool next_line(struct reader *in, struct pel_error *error)
 {
     if (!pel_text_line(in->text, in->line, sizeof in->line))
-        return in->text->failed ? false
-                                : pel_fail(error, PEL_ERROR_FORMAT, "ends within its header (there is no ElementDataFile); it is truncated");
+        return in->text->failed
+                   ? false
+                   : pel_fail(error, PEL_ERROR_FORMAT, "ends within its header (there is no ElementDataFile); it is truncated");
     in->number++;
     in->key = in->line + strspn(in->line, " \t");
     in->value = strchr(in->key, '=');
@@ -188,7 +189,8 @@ static bool take_shape(const struct reader *in, struct pel_metaimage *head, bool
     if (is(in, "DimSize"))
         return d > 0 ? whole(in, d, head->sizes, PTRDIFF_MAX, error) : bad(in, "NDims before it", error);
     if (is(in, "ElementSpacing"))
-        return (head->has_spacing = d > 0 && numbers(in, d, head->spacing, error)) || bad(in, "a number an axis (NDims comes before it)", error);
+        return (head->has_spacing = d > 0 && numbers(in, d, head->spacing, error)) ||
+               bad(in, "a number an axis (NDims comes before it)", error);
     if (is(in, "ElementSize"))
         return (head->has_element_size = d > 0 && numbers(in, d, head->element_size, error)) ||
                bad(in, "a number an axis (NDims comes before it)", error);

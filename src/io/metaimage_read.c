@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
-/* MetaImage: where its samples are and what its axes mean. ITK, whose format it is, has the world in LPS; a file that says nothing of anatomy says
- * nothing of the world either. */
+/* MetaImage: where its samples are and what its axes mean. ITK, whose format it is, has the world in LPS; a file that says nothing of
+ * anatomy says nothing of the world either. */
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -100,8 +100,12 @@ static bool read_data(void *user, void *bytes, size_t size, struct pel_error *er
             return false;
         size_t n = size - done < d->left ? size - done : (size_t)d->left;
         unsigned char *out = (unsigned char *)bytes + done;
-        bool ok = d->text ? pel_text_file_numbers(d->text, d->head->type, out, n / pel_type_size(pel_file_type_in_memory(d->head->type)), error)
-                          : pel_stream_read_exact(d->inflate ? d->inflate : d->file ? d->file : d->header, out, n, error);
+        bool ok = d->text
+                      ? pel_text_file_numbers(d->text, d->head->type, out, n / pel_type_size(pel_file_type_in_memory(d->head->type)), error)
+                      : pel_stream_read_exact(d->inflate ? d->inflate
+                                              : d->file  ? d->file
+                                                         : d->header,
+                                              out, n, error);
         if (!ok)
             return d->file ? pel_fail_in(error, "data file %s: ", d->head->files[d->next - 1]) : false;
         done += n;
@@ -166,7 +170,8 @@ static bool read_samples(struct data *d, const struct pel_layout *layout, struct
         return false;
     uint64_t numbers = bytes / pel_type_size(pel_file_type_in_memory(layout->type));
     if (numbers % files != 0)
-        return pel_fail(error, PEL_ERROR_FORMAT, "names %llu data files, among which its samples cannot be shared evenly", (unsigned long long)files);
+        return pel_fail(error, PEL_ERROR_FORMAT, "names %llu data files, among which its samples cannot be shared evenly",
+                        (unsigned long long)files);
     d->piece = bytes / files;
     for (size_t i = 1; i < d->head->file_count; i++) {
         char *path = pel_path_beside(d->path, d->head->files[i], error);

@@ -11,8 +11,10 @@
 
 static const char *element_type(enum pel_type type)
 {
-    static const char *const names[] = { [PEL_U8] = "MET_UCHAR", [PEL_I8] = "MET_CHAR", [PEL_U16] = "MET_USHORT", [PEL_I16] = "MET_SHORT",
-                                         [PEL_U32] = "MET_UINT", [PEL_I32] = "MET_INT", [PEL_F32] = "MET_FLOAT",  [PEL_F64] = "MET_DOUBLE" };
+    static const char *const names[] = {
+        [PEL_U8] = "MET_UCHAR", [PEL_I8] = "MET_CHAR", [PEL_U16] = "MET_USHORT", [PEL_I16] = "MET_SHORT",
+        [PEL_U32] = "MET_UINT", [PEL_I32] = "MET_INT", [PEL_F32] = "MET_FLOAT",  [PEL_F64] = "MET_DOUBLE"
+    };
     return names[type];
 }
 
@@ -38,7 +40,8 @@ static void orientation(const struct pel_volume *volume, char letters[4])
     letters[3] = 0;
 }
 
-static bool write_header(struct pel_safe_file *out, const struct pel_volume *given, bool compress, const char *data_file, struct pel_error *error)
+static bool write_header(struct pel_safe_file *out, const struct pel_volume *given, bool compress, const char *data_file,
+                         struct pel_error *error)
 {
     struct pel_volume volume = *given; /* placement only; the samples stay borrowed */
     if (volume.space == PEL_SPACE_RAS)
@@ -89,7 +92,8 @@ static char *data_name(const char *path, bool compress, struct pel_error *error)
     return data;
 }
 
-static bool write_detached(const char *path, const struct pel_volume *volume, const struct pel_write_params *params, struct pel_error *error)
+static bool write_detached(const char *path, const struct pel_volume *volume, const struct pel_write_params *params,
+                           struct pel_error *error)
 {
     struct pel_safe_file header = { 0 }, data = { 0 };
     char *name = data_name(path, params->compress, error), *beside = name ? pel_path_beside(path, name, error) : NULL;

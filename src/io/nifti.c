@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
-/* NIfTI-1 and -2, one file or two, and ANALYZE 7.5. The field's library turns a header into what it means (byte order, quaternions, units); it is given
- * only headers that were checked before, as it prints what it refuses. The samples we read ourselves: the library allocates what a header asks
- * for whatever the file's length, and turns every NaN into 0, which would make the voids of a volume into values. */
+/* NIfTI-1 and -2, one file or two, and ANALYZE 7.5. The field's library turns a header into what it means (byte order, quaternions, units);
+ * it is given only headers that were checked before, as it prints what it refuses. The samples we read ourselves: the library allocates
+ * what a header asks for whatever the file's length, and turns every NaN into 0, which would make the voids of a volume into values. */
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT */
-/* The parts of the NRRD reader. Teem parses the header's fields; which file holds the data, and reading them, are ours: Teem would print a file
- * name through a format string that the file gives, allocate what the header asks for before looking at the file, and tell no progress. */
+/* The parts of the NRRD reader. Teem parses the header's fields; which file holds the data, and reading them, are ours: Teem would print a
+ * file name through a format string that the file gives, allocate what the header asks for before looking at the file, and tell no
+ * progress. */
 #ifndef PEL_IO_NRRD_H
 #define PEL_IO_NRRD_H
 
@@ -32,8 +33,8 @@ bool pel_nrrd_interpret(const struct pel_nrrd *head, struct pel_layout *layout, 
 /* Where pel_nrrd_interpret negated a world axis, negates that component of every vector too. Call it once, after the samples are read. */
 void pel_nrrd_turn_vectors(const struct pel_nrrd *head, const struct pel_layout *layout, struct pel_volume *volume);
 
-/* Teem keeps its errors in a list of the whole program (biff), so that only one thread may be in it. What parses or writes headers holds this lock, the
- * only thing in this library that outlives a call; samples are read and written outside of it. */
+/* Teem keeps its errors in a list of the whole program (biff), so that only one thread may be in it. What parses or writes headers holds
+ * this lock, the only thing in this library that outlives a call; samples are read and written outside of it. */
 void pel_teem_lock(void);
 void pel_teem_unlock(void);
 

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
-/* What the axes of a NRRD mean. The format has any number of them and says more or less about each: a world direction ("space directions"), a
- * kind ("vector", "list", "domain"), a spacing that is nan where an axis is no distance. From this come the three axes of the volume, the one
- * of its components, and the others, of which the first sample is taken. */
+/* What the axes of a NRRD mean. The format has any number of them and says more or less about each: a world direction ("space directions"),
+ * a kind ("vector", "list", "domain"), a spacing that is nan where an axis is no distance. From this come the three axes of the volume, the
+ * one of its components, and the others, of which the first sample is taken. */
 #include <math.h>
 #include <string.h>
 

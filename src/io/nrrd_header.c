@@ -13,9 +13,11 @@
 enum { MAX_HEADER = 1 << 24, MAX_FIELDS = 1 << 17, MAX_LINE = 1 << 16 };
 
 /* Fields that Teem is asked to parse, and those that nothing here depends on. Spaces are left out, as the format allows. */
-static const char *const teem_fields[] = { "type", "dimension", "sizes", "spacings", "axismins", "axismaxs", "centers", "centerings", "kinds",
-                                           "units", "encoding", "endian", "lineskip", "byteskip", "content", "space", "spacedimension",
-                                           "spaceunits", "spaceorigin", "spacedirections", "measurementframe", NULL };
+static const char *const teem_fields[] = {
+    "type",           "dimension",  "sizes",       "spacings",        "axismins",         "axismaxs", "centers", "centerings",
+    "kinds",          "units",      "encoding",    "endian",          "lineskip",         "byteskip", "content", "space",
+    "spacedimension", "spaceunits", "spaceorigin", "spacedirections", "measurementframe", NULL
+};
 static const char *const first_fields[] = { "dimension", "space", "spacedimension", NULL };
 static const char *const other_fields[] = { "number", "labels", "thicknesses", "min", "max", "oldmin", "oldmax", "sampleunits", "blocksize",
                                             NULL };
@@ -25,14 +27,15 @@ struct lines {
     char *line; /* MAX_LINE */
     size_t total;
     int number;
-    /* For Teem, MAX_FIELDS each: the lines on which others depend, and the others. Teem forgets to free what it has when they come too late. */
+    /* For Teem, MAX_FIELDS each: the lines on which others depend, and the others. Teem forgets to free what it has when they come too
+     * late. */
     char *first, *text;
     size_t first_used, used;
     bool has_dimension;
     int dimension;                       /* as far as it is a number */
     struct {
         int number, words;
-    } of_axes[2];                        /* the lines "kinds" and "centers", where they were: Teem forgets memory where they have too few words */
+    } of_axes[2];    /* the lines "kinds" and "centers", where they were: Teem forgets memory where they have too few words */
     char *data_file; /* the "data file" field's value, or NULL */
 };
 
@@ -155,7 +158,8 @@ static bool axes_have_words(const struct lines *in, struct pel_error *error)
 {
     for (int i = 0; i < 2; i++)
         if (in->of_axes[i].number && in->of_axes[i].words < in->dimension)
-            return pel_fail(error, PEL_ERROR_FORMAT, "line %d: %d words for %d axes", in->of_axes[i].number, in->of_axes[i].words, in->dimension);
+            return pel_fail(error, PEL_ERROR_FORMAT, "line %d: %d words for %d axes", in->of_axes[i].number, in->of_axes[i].words,
+                            in->dimension);
     return true;
 }
 
@@ -295,7 +299,8 @@ static bool read_lines(struct lines *in, struct pel_nrrd *head, struct pel_file_
     return there || pel_fail(error, PEL_ERROR_FORMAT, "ends within its header, and names no data file; it is truncated");
 }
 
-/* Goes straight to Teem's parser of header lines: nrrdStringRead, which is around it, loses memory whenever it refuses something at its end. */
+/* Goes straight to Teem's parser of header lines: nrrdStringRead, which is around it, loses memory whenever it refuses something at its
+ * end. */
 static bool parse_fields(const char *text, struct pel_nrrd *head, struct pel_error *error)
 {
     static const char magic[] = "NRRD0005";
@@ -312,7 +317,8 @@ static bool parse_fields(const char *text, struct pel_nrrd *head, struct pel_err
     head->nio->headerStringRead = text;
     head->nio->format = nrrdFormatNRRD;
     head->nio->skipData = 1;
-    bool ok = nrrdFormatNRRD->read(NULL, head->nrrd, head->nio) == 0 || pel_fail_teem(error, PEL_ERROR_FORMAT, "its header cannot be understood");
+    bool ok =
+        nrrdFormatNRRD->read(NULL, head->nrrd, head->nio) == 0 || pel_fail_teem(error, PEL_ERROR_FORMAT, "its header cannot be understood");
     head->nio->headerStringRead = NULL;
     return ok;
 }

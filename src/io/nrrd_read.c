@@ -51,7 +51,8 @@ static bool skip_lines(struct pel_stream *stream, unsigned count, struct pel_err
     return true;
 }
 
-/* Bytes are skipped in the decoded data of a compressed encoding, in the file of another; -1 - n means: the samples end n bytes before the end. */
+/* Bytes are skipped in the decoded data of a compressed encoding, in the file of another; -1 - n means: the samples end n bytes before the
+ * end. */
 static bool skip_bytes(struct data *d, struct pel_stream *stream, struct pel_error *error)
 {
     long skip = d->head->nio->byteSkip;
@@ -217,7 +218,8 @@ static bool read_samples(struct data *d, const struct pel_layout *layout, struct
         return false;
     uint64_t files = d->head->file_count > 0 ? d->head->file_count : 1, size = pel_type_size(pel_file_type_in_memory(layout->type));
     if (d->bytes / size % files != 0)
-        return pel_fail(error, PEL_ERROR_FORMAT, "names %llu data files, among which its samples cannot be shared evenly", (unsigned long long)files);
+        return pel_fail(error, PEL_ERROR_FORMAT, "names %llu data files, among which its samples cannot be shared evenly",
+                        (unsigned long long)files);
     d->piece = d->bytes / files;
     d->file_type = layout->type;
     /* The first file is opened, and its length looked at, before the volume is allocated; one of many says nothing of the others. */

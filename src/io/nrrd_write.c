@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT */
-/* NRRD out: Teem writes the header, the samples go behind it or into a file beside it. Placement is written as "space directions", which other
- * programs understand; where direction times spacing would not give back the two to the last bit, a key/value pair of our own says them. */
+/* NRRD out: Teem writes the header, the samples go behind it or into a file beside it. Placement is written as "space directions", which
+ * other programs understand; where direction times spacing would not give back the two to the last bit, a key/value pair of our own says
+ * them. */
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -11,8 +12,10 @@
 
 static int nrrd_type(enum pel_type type)
 {
-    static const int types[] = { [PEL_U8] = nrrdTypeUChar, [PEL_I8] = nrrdTypeChar,  [PEL_U16] = nrrdTypeUShort, [PEL_I16] = nrrdTypeShort,
-                                 [PEL_U32] = nrrdTypeUInt, [PEL_I32] = nrrdTypeInt, [PEL_F32] = nrrdTypeFloat,  [PEL_F64] = nrrdTypeDouble };
+    static const int types[] = {
+        [PEL_U8] = nrrdTypeUChar, [PEL_I8] = nrrdTypeChar, [PEL_U16] = nrrdTypeUShort, [PEL_I16] = nrrdTypeShort,
+        [PEL_U32] = nrrdTypeUInt, [PEL_I32] = nrrdTypeInt, [PEL_F32] = nrrdTypeFloat,  [PEL_F64] = nrrdTypeDouble
+    };
     return types[type];
 }
 

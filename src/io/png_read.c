@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
-/* PNG in: any of its kinds becomes 8- or 16-bit RGBA in libpng, then premultiplied floats. Colours are taken as sRGB display values, as they
- * stand; a gamma chunk is not applied. */
+/* PNG in: any of its kinds becomes 8- or 16-bit RGBA in libpng, then premultiplied floats. Colours are taken as sRGB display values, as
+ * they stand; a gamma chunk is not applied. */
 #include <png.h>
 #include <setjmp.h>
 #include <stdlib.h>

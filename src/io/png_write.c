@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: MIT */
-/* PNG out: 8 bits, sRGB, rounded to the nearest. libpng reports errors by longjmp, so what must survive one lives in a struct of the caller's. */
+/* PNG out: 8 bits, sRGB, rounded to the nearest. libpng reports errors by longjmp, so what must survive one lives in a struct of the
+ * caller's. */
 #include <png.h>
 #include <setjmp.h>
 #include <stdlib.h>
@@ -65,8 +66,9 @@ static bool write_all(struct writer *w)
     if (setjmp(png_jmpbuf(w->png)))
         return false;
     png_init_io(w->png, w->file);
-    png_set_IHDR(w->png, w->info, (png_uint_32)width, (png_uint_32)height, 8, w->params->keep_alpha ? PNG_COLOR_TYPE_RGBA : PNG_COLOR_TYPE_RGB,
-                 PNG_INTERLACE_NONE, PNG_COMPRESSION_TYPE_DEFAULT, PNG_FILTER_TYPE_DEFAULT);
+    png_set_IHDR(w->png, w->info, (png_uint_32)width, (png_uint_32)height, 8,
+                 w->params->keep_alpha ? PNG_COLOR_TYPE_RGBA : PNG_COLOR_TYPE_RGB, PNG_INTERLACE_NONE, PNG_COMPRESSION_TYPE_DEFAULT,
+                 PNG_FILTER_TYPE_DEFAULT);
     png_set_sRGB(w->png, w->info, PNG_sRGB_INTENT_PERCEPTUAL);
     png_set_compression_level(w->png, w->params->compression);
     /* Up to the default level only runs are looked for: after the filter a rendered picture has little else, and it takes half the time. */

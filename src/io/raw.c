@@ -16,7 +16,8 @@ struct raw_layout {
 static bool bad(const char *text, const char *what, struct pel_error *error)
 {
     return pel_fail(error, PEL_ERROR_ARGUMENT,
-                    "raw layout \"%.100s\": %s; write it as 256x256x256:u8, with :be for big-endian and +1024 for bytes to skip", text, what);
+                    "raw layout \"%.100s\": %s; write it as 256x256x256:u8, with :be for big-endian and +1024 for bytes to skip", text,
+                    what);
 }
 
 /* A number that begins with a digit (strtoull would take a sign). */
@@ -49,7 +50,8 @@ static bool parse(const char *text, struct raw_layout *raw, struct pel_error *er
     memcpy(type, at, n);
     type[n] = 0;
     at += n;
-    *raw = (struct raw_layout){ .layout = { .axis_count = count, .component_axis = count == 4 ? 0 : -1, .type = pel_type_from_name(type) } };
+    *raw =
+        (struct raw_layout) { .layout = { .axis_count = count, .component_axis = count == 4 ? 0 : -1, .type = pel_type_from_name(type) } };
     if (raw->layout.type == PEL_TYPE_COUNT)
         return bad(text, "has a type that is not known (u8 i8 u16 i16 u32 i32 f32 f64)", error);
     if (*at == ':') {

@@ -70,8 +70,8 @@ static const struct pel_format *find_in_file(const char *path, struct pel_error 
     if (!found) {
         char names[128];
         list_formats(names, sizeof names);
-        pel_fail(error, PEL_ERROR_UNSUPPORTED, "is in no format that is known (%s); for raw samples give their layout, such as --raw 256x256x256:u8",
-                 names);
+        pel_fail(error, PEL_ERROR_UNSUPPORTED,
+                 "is in no format that is known (%s); for raw samples give their layout, such as --raw 256x256x256:u8", names);
     }
 done:
     pel_stream_close(stream);

@@ -134,8 +134,8 @@ bool pel_safe_file_open_data(struct pel_safe_file *out, const char *header, cons
     struct stat st;
     *out = (struct pel_safe_file){ 0 };
     if (lstat(path, &st) == 0 && !header_names(header, name))
-        return pel_fail(error, PEL_ERROR_IO, "its data would replace %.200s, which exists; choose another name or an attached format (.mha, .nrrd)",
-                        name);
+        return pel_fail(error, PEL_ERROR_IO,
+                        "its data would replace %.200s, which exists; choose another name or an attached format (.mha, .nrrd)", name);
     return pel_safe_file_open(out, path, error);
 }
 

@@ -153,7 +153,8 @@ static bool read_scattered(const struct pel_layout *layout, const struct pel_sam
             ok = source->read(source->user, chunk, n * size, error) && finish_chunk(layout, chunk, n, error);
             size_t used = !take ? 0 : wanted[0] ? n : done == 0 ? 1 : 0;
             if (ok && used) {
-                scatter(layout, volume->type, (char *)volume->data + (base + (size_t)done * strides[0]) * out_size, chunk, used, strides[0]);
+                scatter(layout, volume->type, (char *)volume->data + (base + (size_t)done * strides[0]) * out_size, chunk, used,
+                        strides[0]);
                 left -= used;
             }
             done += n;
@@ -205,7 +206,8 @@ bool pel_text_file_numbers(struct pel_text *text, int file_type, void *numbers, 
         if (text->failed)
             return false; /* the reason is told already */
         if (!there)
-            return pel_fail(error, PEL_ERROR_FORMAT, "has %zu numbers where %zu should be; it is truncated or its header is wrong", i, count);
+            return pel_fail(error, PEL_ERROR_FORMAT, "has %zu numbers where %zu should be; it is truncated or its header is wrong", i,
+                            count);
         long long v = is_unsigned ? (long long)strtoull(word, &end, 10) : strtoll(word, &end, 10);
         if (*end)
             return pel_fail(error, PEL_ERROR_FORMAT, "has something that is no integer among its data (number %zu)", i + 1);
@@ -230,8 +232,8 @@ bool pel_text_hex(struct pel_text *text, unsigned char *bytes, size_t size, stru
             return false;
         int v = hex_value(c);
         if (v < 0)
-            return pel_fail(error, PEL_ERROR_FORMAT, "has %zu hexadecimal bytes where %zu should be; it is truncated or its header is wrong", i / 2,
-                            size);
+            return pel_fail(error, PEL_ERROR_FORMAT,
+                            "has %zu hexadecimal bytes where %zu should be; it is truncated or its header is wrong", i / 2, size);
         bytes[i / 2] = (unsigned char)(i % 2 ? bytes[i / 2] | v : v << 4);
     }
     return true;

@@ -12,7 +12,8 @@ enum pel_file_type { PEL_FILE_I64 = PEL_TYPE_COUNT, PEL_FILE_U64 };
 /* The type in memory of a type in a file. */
 enum pel_type pel_file_type_in_memory(int file_type);
 
-/* Where samples lie in a file: up to 8 axes, fastest first. Which of them are x, y, z and the components; the others are taken at index 0. */
+/* Where samples lie in a file: up to 8 axes, fastest first. Which of them are x, y, z and the components; the others are taken at index 0.
+ */
 struct pel_layout {
     int axis_count;
     uint64_t sizes[8];
@@ -24,8 +25,8 @@ struct pel_layout {
     double slope, intercept;
 };
 
-/* Gives the bytes of the numbers in the file's order. A reader with several files hands them out one after the other; one whose numbers are text
- * makes host-order numbers of them and says so in the layout. */
+/* Gives the bytes of the numbers in the file's order. A reader with several files hands them out one after the other; one whose numbers are
+ * text makes host-order numbers of them and says so in the layout. */
 struct pel_sample_source {
     bool (*read)(void *user, void *bytes, size_t size, struct pel_error *error); /* exactly size bytes */
     void *user;
@@ -49,7 +50,8 @@ bool pel_text_hex(struct pel_text *text, unsigned char *bytes, size_t size, stru
 bool pel_int64_to_f64(void *numbers, size_t count, bool is_unsigned, struct pel_error *error);
 
 /* Writes the samples as they lie in memory (this machine's byte order), or the same as one gzip or zlib stream. */
-bool pel_write_samples(struct pel_safe_file *out, const struct pel_volume *volume, const struct pel_progress *progress, struct pel_error *error);
+bool pel_write_samples(struct pel_safe_file *out, const struct pel_volume *volume, const struct pel_progress *progress,
+                       struct pel_error *error);
 bool pel_write_samples_deflated(struct pel_safe_file *out, const struct pel_volume *volume, bool gzip, const struct pel_progress *progress,
                                 struct pel_error *error);
 

@@ -7,7 +7,8 @@
 
 enum { STEP = 1 << 22 };
 
-bool pel_write_samples(struct pel_safe_file *out, const struct pel_volume *volume, const struct pel_progress *progress, struct pel_error *error)
+bool pel_write_samples(struct pel_safe_file *out, const struct pel_volume *volume, const struct pel_progress *progress,
+                       struct pel_error *error)
 {
     size_t bytes = pel_volume_bytes(volume);
     for (size_t done = 0; done < bytes;) {

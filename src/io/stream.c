@@ -72,8 +72,8 @@ static bool fill_raw(struct pel_stream *s, struct pel_error *error)
     return true;
 }
 
-/* *follows: a gzip header is at the start of raw: magic, deflate, no reserved flag. The buffer may end within it and a pipe may give less than
- * was asked for, so reads on until it can be told. */
+/* *follows: a gzip header is at the start of raw: magic, deflate, no reserved flag. The buffer may end within it and a pipe may give less
+ * than was asked for, so reads on until it can be told. */
 static bool gzip_follows(struct pel_stream *s, bool *follows, struct pel_error *error)
 {
     *follows = false;
@@ -241,8 +241,8 @@ bool pel_stream_read_exact(struct pel_stream *s, void *bytes, size_t size, struc
     if (!pel_stream_read(s, bytes, size, &got, error))
         return false;
     if (got < size)
-        return pel_fail(error, PEL_ERROR_FORMAT, "%zu bytes are missing at the end (%zu of %zu are there); the file is truncated", size - got,
-                        got, size);
+        return pel_fail(error, PEL_ERROR_FORMAT, "%zu bytes are missing at the end (%zu of %zu are there); the file is truncated",
+                        size - got, got, size);
     return true;
 }
 
@@ -342,7 +342,8 @@ bool pel_stream_check(const struct pel_stream *s, uint64_t size, const char *wha
     uint64_t bound = pel_stream_bound(s);
     if (size <= bound)
         return true;
-    return pel_fail(error, PEL_ERROR_FORMAT, "the header asks for %llu bytes of %s, but the file has %s%llu left; it is truncated or its header is wrong",
+    return pel_fail(error, PEL_ERROR_FORMAT,
+                    "the header asks for %llu bytes of %s, but the file has %s%llu left; it is truncated or its header is wrong",
                     (unsigned long long)size, what, s->inflating ? "at most " : "", (unsigned long long)bound);
 }
 

@@ -18,13 +18,13 @@ enum pel_stream_coding {
     PEL_STREAM_ZLIB,  /* zlib or gzip data, and nothing else will do */
 };
 
-/* Opens a file. `progress` (nullable) must outlive the stream; it is told the fraction of the file that was read. Messages name no path: callers
- * put it in front with pel_fail_in. */
+/* Opens a file. `progress` (nullable) must outlive the stream; it is told the fraction of the file that was read. Messages name no path:
+ * callers put it in front with pel_fail_in. */
 struct pel_stream *pel_stream_open(const char *path, enum pel_stream_coding coding, const struct pel_progress *progress,
                                    struct pel_error *error);
 
-/* A stream over the rest of another one: compressed data behind a header. `below` is borrowed and must outlive it; `limit` is the number of its
- * bytes that may be taken (SIZE_MAX: all). */
+/* A stream over the rest of another one: compressed data behind a header. `below` is borrowed and must outlive it; `limit` is the number of
+ * its bytes that may be taken (SIZE_MAX: all). */
 struct pel_stream *pel_stream_over(struct pel_stream *below, enum pel_stream_coding coding, size_t limit, struct pel_error *error);
 
 void pel_stream_close(struct pel_stream *stream); /* accepts NULL */
@@ -56,8 +56,8 @@ uint64_t pel_stream_bound(const struct pel_stream *stream);
 /* PEL_ERROR_FORMAT where `size` bytes cannot be in the rest of the stream; `what` names them ("samples"). Call it before allocating. */
 bool pel_stream_check(const struct pel_stream *stream, uint64_t size, const char *what, struct pel_error *error);
 
-/* The whole rest in memory that is freed with free(), with a zero byte after the end. At most `limit` bytes, else PEL_ERROR_UNSUPPORTED. For libraries that need to
- * seek in what may be compressed. */
+/* The whole rest in memory that is freed with free(), with a zero byte after the end. At most `limit` bytes, else PEL_ERROR_UNSUPPORTED.
+ * For libraries that need to seek in what may be compressed. */
 bool pel_stream_read_all(struct pel_stream *stream, size_t limit, unsigned char **bytes, size_t *size, struct pel_error *error);
 
 #endif

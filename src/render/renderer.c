@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: MIT */
-/* The way of a frame: check the scene, find out what changed since the technique last drew, let it prepare that, let it draw. The renderer knows no technique by name. */
+/* The way of a frame: check the scene, find out what changed since the technique last drew, let it prepare that, let it draw. The renderer
+ * knows no technique by name. */
 #include <stdlib.h>
 #include <string.h>
 
@@ -96,8 +97,8 @@ const struct pel_frame_stats *pel_renderer_stats(const struct pel_renderer *r)
 
 static bool same_volume(const struct pel_volume *a, const struct pel_volume *b)
 {
-    return a->data == b->data && a->type == b->type && a->components == b->components && a->has_void == b->has_void && a->labels == b->labels &&
-           !memcmp(a->dims, b->dims, sizeof a->dims) && !memcmp(a->origin, b->origin, sizeof a->origin) &&
+    return a->data == b->data && a->type == b->type && a->components == b->components && a->has_void == b->has_void &&
+           a->labels == b->labels && !memcmp(a->dims, b->dims, sizeof a->dims) && !memcmp(a->origin, b->origin, sizeof a->origin) &&
            !memcmp(a->direction, b->direction, sizeof a->direction) && !memcmp(a->spacing, b->spacing, sizeof a->spacing) &&
            !memcmp(&a->void_value, &b->void_value, sizeof a->void_value) && !memcmp(a->range, b->range, sizeof a->range);
 }
@@ -130,7 +131,8 @@ static unsigned changes_since(const struct seen *seen, const struct pel_scene *n
     return changes;
 }
 
-static bool remember(struct pel_renderer *r, size_t i, const struct pel_scene *scene, const struct pel_image *image, struct pel_error *error)
+static bool remember(struct pel_renderer *r, size_t i, const struct pel_scene *scene, const struct pel_image *image,
+                     struct pel_error *error)
 {
     struct seen *seen = r->seen[i];
     if (!seen) {

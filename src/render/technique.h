@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
-/* What a technique is to the renderer: a const descriptor with three functions, and a state that the renderer keeps for it between frames. To add one: a folder with
- * its file, and one line in techniques.c. */
+/* What a technique is to the renderer: a const descriptor with three functions, and a state that the renderer keeps for it between frames.
+ * To add one: a folder with its file, and one line in techniques.c. */
 #ifndef PEL_RENDER_TECHNIQUE_H
 #define PEL_RENDER_TECHNIQUE_H
 
@@ -31,8 +31,8 @@ struct pel_frame {
 
 struct pel_technique {
     struct pel_technique_info info;
-    /* `*state` starts as NULL; the technique allocates what it needs in prepare and frees it in finish. A failed prepare may leave a state behind, and is asked again with
-     * all changes. */
+    /* `*state` starts as NULL; the technique allocates what it needs in prepare and frees it in finish. A failed prepare may leave a state
+     * behind, and is asked again with all changes. */
     bool (*prepare)(void **state, const struct pel_frame *frame, struct pel_error *error);
     bool (*draw)(void *state, const struct pel_frame *frame, struct pel_error *error);
     void (*finish)(void *state); /* accepts NULL */

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
-/* libFuzzer target for every volume reader; built once a format with PEL_FUZZ_FORMAT naming its descriptor. The input is a file in memory, so
- * detached data that it names are looked for in /proc/self/fd, where there are none but the input itself. */
+/* libFuzzer target for every volume reader; built once a format with PEL_FUZZ_FORMAT naming its descriptor. The input is a file in memory,
+ * so detached data that it names are looked for in /proc/self/fd, where there are none but the input itself. */
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>

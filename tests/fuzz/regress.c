@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
-/* Runs a fuzz target over the files of folders, without libFuzzer: the stored corpora, and with them everything that fuzzing has ever found, are
- * tests of the normal and the sanitized build. Usage: regress_<target> FOLDER... */
+/* Runs a fuzz target over the files of folders, without libFuzzer: the stored corpora, and with them everything that fuzzing has ever
+ * found, are tests of the normal and the sanitized build. Usage: regress_<target> FOLDER... */
 #include <dirent.h>
 #include <stdint.h>
 #include <stdio.h>

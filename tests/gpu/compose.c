@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: MIT */
-/* Writes the composed text of a shader: compose FILE [DEFINES], where DEFINES are words with spaces between them; `compose` alone lists the files. For check_shaders.py. */
+/* Writes the composed text of a shader: compose FILE [DEFINES], where DEFINES are words with spaces between them; `compose` alone lists the
+ * files. For check_shaders.py. */
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>

@@ -347,7 +347,8 @@ static void test_wrap_es(void **state)
 }
 
 /* Binds something everywhere; `name` says what: objects made by glCreate*, two of each. */
-static void bind_all(GLuint program, const GLuint textures[PEL_SAVED_TARGETS], GLuint sampler, GLuint buffer, GLuint array, GLuint frame, int number)
+static void bind_all(GLuint program, const GLuint textures[PEL_SAVED_TARGETS], GLuint sampler, GLuint buffer, GLuint array, GLuint frame,
+                     int number)
 {
     for (GLuint unit = 0; unit < PEL_SAVED_UNITS; unit++) {
         for (int t = 0; t < PEL_SAVED_TARGETS; t++)
@@ -384,7 +385,8 @@ static void test_saved_state(void **state)
     static const GLenum kinds[PEL_SAVED_TARGETS] = { GL_TEXTURE_1D, GL_TEXTURE_2D, GL_TEXTURE_3D, GL_TEXTURE_2D_ARRAY, GL_TEXTURE_BUFFER };
     struct pel_device *device = device_or_skip(PEL_PATH_ALL);
     assert_true(pel_device_begin(device, NULL));
-    GLuint programs[2] = { compute_program(), compute_program() }, textures[2][PEL_SAVED_TARGETS], samplers[2], buffers[2], arrays[2], frames[2];
+    GLuint programs[2] = { compute_program(), compute_program() }, textures[2][PEL_SAVED_TARGETS], samplers[2], buffers[2], arrays[2],
+           frames[2];
     glCreateSamplers(2, samplers);
     glCreateBuffers(2, buffers);
     glCreateVertexArrays(2, arrays);

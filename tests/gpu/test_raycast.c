@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: MIT */
-/* The ray caster on the GPU engine against the CPU engine and the reference, in all its ways; and that it leaves nothing behind. Skipped, loudly, where no device is usable. */
+/* The ray caster on the GPU engine against the CPU engine and the reference, in all its ways; and that it leaves nothing behind. Skipped,
+ * loudly, where no device is usable. */
 #include "../image/pictures.h"
 
 #include <unistd.h>
@@ -78,7 +79,7 @@ static double holed(const double index[3])
 
 static void make_typed(struct pel_volume *volume, struct pel_scene *scene, enum pel_type type, formula *f)
 {
-    make_volume(volume, 29, 25, 27, type, f);
+    make_volume(volume, 29, 25, 27, type, f); /* sides of 4 n + 1 and of others: cells at the end */
     memcpy(volume->spacing, (double[3]){ 1, 1.2, 0.9 }, sizeof volume->spacing);
     memcpy(volume->direction[1], (double[3]){ 0.28, 0.96, 0 }, sizeof volume->direction[1]);
     make_scene(scene, volume, "12:0,30:0.1,60:0.05,100:0.6");
@@ -103,7 +104,8 @@ static void check_ways(struct pel_renderer *renderer, struct pel_scene *scene, c
             scene->render.shade = variant / 3 & 1;
             scene->render.reconstruction = variant / 6 & 1 ? PEL_RECONSTRUCTION_NEAREST : PEL_RECONSTRUCTION_LINEAR;
             scene->camera.parallel = variant & 1;
-            snprintf(what, sizeof what, "%s, mode %d, classification %d, shade %d, nearest %d", name, mode, variant % 3, variant / 3 & 1, variant / 6);
+            snprintf(what, sizeof what, "%s, mode %d, classification %d, shade %d, nearest %d", name, mode, variant % 3, variant / 3 & 1,
+                     variant / 6);
             check_against_cpu(renderer, scene, what);
         }
 }

@@ -309,8 +309,9 @@ static void test_skipping_surfaces(void **state)
         double azimuth, elevation, zoom, away;
         bool parallel;
     } views[] = {
-        { "fitted", 25, 10, 1, 1, false },       { "along a face", 0, 0, 1, 1, true }, { "zoomed in", 130, -40, 8, 1, false },
-        { "a voxel below a pixel", 60, 50, 1, 5, false }, { "telephoto", 200, 5, 4e4, 4e4, false }, { "among the voxels", 300, 20, 1, 0.3, false },
+        { "fitted", 25, 10, 1, 1, false },        { "along a face", 0, 0, 1, 1, true },
+        { "zoomed in", 130, -40, 8, 1, false },   { "a voxel below a pixel", 60, 50, 1, 5, false },
+        { "telephoto", 200, 5, 4e4, 4e4, false }, { "among the voxels", 300, 20, 1, 0.3, false },
         { "parallel", 250, -65, 2, 1, true },
     };
     const enum pel_type types[] = { PEL_U8, PEL_I8, PEL_U16, PEL_F32, PEL_F64 };
@@ -330,7 +331,8 @@ static void test_skipping_surfaces(void **state)
             pel_camera_elevation(&scene.camera, views[i].elevation);
             scene.camera.parallel = views[i].parallel;
             for (int a = 0; a < 3; a++)
-                scene.camera.position[a] = scene.camera.focal_point[a] + views[i].away * (scene.camera.position[a] - scene.camera.focal_point[a]);
+                scene.camera.position[a] =
+                    scene.camera.focal_point[a] + views[i].away * (scene.camera.position[a] - scene.camera.focal_point[a]);
             pel_camera_zoom(&scene.camera, views[i].zoom);
             snprintf(what, sizeof what, "isosurfaces of %s, %s: skip or not", pel_type_name(types[t]), views[i].name);
             draw(&scene, "raycast", 170, 130, &with);
@@ -362,7 +364,8 @@ static void check_picture(struct pel_scene *scene, int width, int height, double
     int seen = 0;
     for (int p = 0; p < width * height; p++)
         seen += truth.rgba[4 * p + 3] > 0;
-    check_at_least(seen, scene->render.mode == PEL_MODE_MINIP ? 0 : 20, "%s: pixels where something is seen", what); /* the least sample is often invisible */
+    check_at_least(seen, scene->render.mode == PEL_MODE_MINIP ? 0 : 20, "%s: pixels where something is seen",
+                   what); /* the least sample is often invisible */
     pel_image_finish(&with);
     pel_image_finish(&without);
     pel_image_finish(&truth);
@@ -414,7 +417,8 @@ static double layers(const double index[3])
     return fabs(d - 5) < 1.6 ? 0.4 + 0.02 * sin(7 * index[1]) : fabs(d - 21) < 2.2 ? 0.7 + 0.02 * cos(5 * index[0]) : 0;
 }
 
-/* Many pixels a voxel, so that whole packets jump together: sums must not remember whether they did. And so many that pixel coordinates leave the whole numbers. */
+/* Many pixels a voxel, so that whole packets jump together: sums must not remember whether they did. And so many that pixel coordinates
+ * leave the whole numbers. */
 static void test_close_ups(void **state)
 {
     (void)state;
@@ -444,7 +448,8 @@ static double one_void(const double index[3])
     return is ? NAN : index[2] + 0.2 * index[0];
 }
 
-/* A crossing whose segment cuts the corner of a void cell is none. The engine and the reference search in steps of their own, so single pixels at the hole's edge may differ. */
+/* A crossing whose segment cuts the corner of a void cell is none. The engine and the reference search in steps of their own, so single
+ * pixels at the hole's edge may differ. */
 static void test_surface_at_void(void **state)
 {
     (void)state;

@@ -94,11 +94,12 @@ void describe(const struct pel_volume *v, const struct pel_file_info *info, char
 {
     struct pel_statistics s;
     pel_statistics_compute(v, &s);
-    int n = snprintf(text, size, "%s %zux%zux%zu %s x%d%s\nspacing %.9g %.9g %.9g\norigin %.9g %.9g %.9g\n", info->format, v->dims[0], v->dims[1],
-                     v->dims[2], pel_type_name(v->type), v->components, v->labels ? " labels" : "", v->spacing[0], v->spacing[1], v->spacing[2],
-                     v->origin[0], v->origin[1], v->origin[2]);
+    int n = snprintf(text, size, "%s %zux%zux%zu %s x%d%s\nspacing %.9g %.9g %.9g\norigin %.9g %.9g %.9g\n", info->format, v->dims[0],
+                     v->dims[1], v->dims[2], pel_type_name(v->type), v->components, v->labels ? " labels" : "", v->spacing[0],
+                     v->spacing[1], v->spacing[2], v->origin[0], v->origin[1], v->origin[2]);
     for (int a = 0; a < 3; a++)
-        n += snprintf(text + n, size - (size_t)n, "axis %d: %.6g %.6g %.6g\n", a, v->direction[a][0], v->direction[a][1], v->direction[a][2]);
+        n += snprintf(text + n, size - (size_t)n, "axis %d: %.6g %.6g %.6g\n", a, v->direction[a][0], v->direction[a][1],
+                      v->direction[a][2]);
     n += snprintf(text + n, size - (size_t)n, "space %s units '%s'\nmin %.6g max %.6g mean %.6f nonzero %llu voids %llu\n",
                   pel_space_name(v->space), v->units, s.min, s.max, s.mean, (unsigned long long)s.nonzero, (unsigned long long)s.voids);
     for (int i = 0; i < info->note_count; i++)

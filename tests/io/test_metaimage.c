@@ -94,19 +94,23 @@ static void where_the_data_are(void **state)
     write_file(scratch("s2.raw"), counting + 4, 4);
     write_text(scratch("p.mhd"), "NDims = 3\nDimSize = 2 2 2\nElementType = MET_UCHAR\nElementDataFile = s%d.raw 1 2 1\n");
     expect_values(scratch("p.mhd"), counting, 8);
-    write_text(scratch("p.mhd"), "NDims = 3\r\nDimSize = 2 2 2\r\nElementType = MET_UCHAR\r\nElementDataFile = LIST\r\ns1.raw\r\ns2.raw\r\n");
+    write_text(scratch("p.mhd"),
+               "NDims = 3\r\nDimSize = 2 2 2\r\nElementType = MET_UCHAR\r\nElementDataFile = LIST\r\ns1.raw\r\ns2.raw\r\n");
     expect_values(scratch("p.mhd"), counting, 8);
     write_text(scratch("p.mhd"), "NDims = 3\nDimSize = 2 2 1\nHeaderSize = -1\nElementType = MET_UCHAR\nElementDataFile = tail.raw\n");
     write_file(scratch("tail.raw"), counting, 24);
     expect_values(scratch("p.mhd"), counting + 20, 4);
     write_text(scratch("p.mhd"), "NDims = 3\nDimSize = 2 2 1\nHeaderSize = 3\nElementType = MET_UCHAR\nElementDataFile = tail.raw\n");
     expect_values(scratch("p.mhd"), counting + 3, 4);
-    write_mha(scratch("t.mha"), "NDims = 3\nDimSize = 2 2 1\nBinaryData = False\nElementType = MET_UCHAR\nElementDataFile = LOCAL\n", "1 2\n3 4", 7);
+    write_mha(scratch("t.mha"), "NDims = 3\nDimSize = 2 2 1\nBinaryData = False\nElementType = MET_UCHAR\nElementDataFile = LOCAL\n",
+              "1 2\n3 4", 7);
     expect_values(scratch("t.mha"), (unsigned char[]){ 1, 2, 3, 4 }, 4);
-    write_mha(scratch("t.mha"), "NDims = 2\nDimSize = 2 2\nElementByteOrderMSB = True\nElementType = MET_SHORT\nElementDataFile = LOCAL\n", counting, 8);
+    write_mha(scratch("t.mha"), "NDims = 2\nDimSize = 2 2\nElementByteOrderMSB = True\nElementType = MET_SHORT\nElementDataFile = LOCAL\n",
+              counting, 8);
     expect_values(scratch("t.mha"), (unsigned char[]){ 1, 0, 3, 2, 5, 4, 7, 6 }, 8);
     write_mha(scratch("t.mha"),
-              "NDims = 3\nDimSize = 2 2 1\nElementNumberOfChannels = 3\nElementType = MET_UCHAR_ARRAY\nElementDataFile = LOCAL\n", counting, 12);
+              "NDims = 3\nDimSize = 2 2 1\nElementNumberOfChannels = 3\nElementType = MET_UCHAR_ARRAY\nElementDataFile = LOCAL\n", counting,
+              12);
     expect_values(scratch("t.mha"), counting, 12);
     /* Compressed, in a file whose name says nothing of it. */
     unsigned char packed[128];
@@ -124,11 +128,13 @@ static void placement(void **state)
 {
     (void)state;
     write_mha(scratch("l.mha"),
-              "ObjectType = Image\nNDims = 3\nTransformMatrix = 0 1 0 -1 0 0 0 0 1\nOffset = 1 2 3\nElementSize = 9 9 9\nElementSpacing = 0.5 2 3\n"
+              "ObjectType = Image\nNDims = 3\nTransformMatrix = 0 1 0 -1 0 0 0 0 1\nOffset = 1 2 3\nElementSize = 9 9 9\nElementSpacing = "
+              "0.5 2 3\n"
               "AnatomicalOrientation = ARI\nDistanceUnits = mm\nDimSize = 2 2 2\nElementType = MET_UCHAR\nElementDataFile = LOCAL\n",
               counting, 8);
-    expect_description(scratch("l.mha"), "metaimage 2x2x2 u8 x1\nspacing 0.5 2 3\norigin 1 2 3\naxis 0: 0 1 0\naxis 1: -1 0 0\naxis 2: 0 0 1\n"
-                                         "space LPS units 'mm'\nmin 0 max 7 mean 3.500000 nonzero 7 voids 0\n");
+    expect_description(scratch("l.mha"),
+                       "metaimage 2x2x2 u8 x1\nspacing 0.5 2 3\norigin 1 2 3\naxis 0: 0 1 0\naxis 1: -1 0 0\naxis 2: 0 0 1\n"
+                       "space LPS units 'mm'\nmin 0 max 7 mean 3.500000 nonzero 7 voids 0\n");
     write_mha(scratch("l.mha"),
               "NDims = 3\nPosition = 1 2 3\nElementSize = 4 5 6\nElementSpacing = 0 5 6\nAnatomicalOrientation = ???\nDimSize = 2 2 2\n"
               "ElementType = MET_UCHAR\nElementDataFile = LOCAL\n",

@@ -26,8 +26,9 @@ static void facts_of_real_files(void **state)
     expect_description(data_path("template_T2.nrrd"),
                        "nrrd 117x159x126 f32 x1\nspacing 0.859375 0.859375 0.859375\norigin -49.84375 67.890625 -53.7109375\n" PLAIN_AXES
                        "space LPS units ''\nmin 0 max 710.678 mean 64.398702 nonzero 2193126 voids 0\n");
-    expect_description(data_path("carotid_velocity.nrrd"), "nrrd 76x49x45 f32 x3\nspacing 1 1 1\norigin 0 0 0\n" PLAIN_AXES
-                                                           "space unknown units ''\nmin 0 max 22.6949 mean 0.167487 nonzero 167561 voids 0\n");
+    expect_description(data_path("carotid_velocity.nrrd"),
+                       "nrrd 76x49x45 f32 x3\nspacing 1 1 1\norigin 0 0 0\n" PLAIN_AXES
+                       "space unknown units ''\nmin 0 max 22.6949 mean 0.167487 nonzero 167561 voids 0\n");
     expect_description(data_path("wind.nrrd"), "nrrd 41x35x15 f32 x3\nspacing 1.6028 1.25 1.143\norigin 0 0 0\n" PLAIN_AXES
                                                "space unknown units ''\nmin 0.268123 max 78.907 mean 20.598614 nonzero 21525 voids 0\n");
 }
@@ -204,7 +205,8 @@ static void axes(void **state)
                              "space unknown units ''\nmin 0 max 7 mean 3.500000 nonzero 7 voids 0\n");
     write_nrrd(path, "type: uchar\ndimension: 1\nsizes: 4\nencoding: raw\n", counting, 4);
     expect_bad(path, "axes");
-    write_nrrd(path, "type: uchar\ndimension: 4\nsizes: 6 2 2 2\nkinds: 3D-symmetric-matrix space space space\nencoding: raw\n", counting, 48);
+    write_nrrd(path, "type: uchar\ndimension: 4\nsizes: 6 2 2 2\nkinds: 3D-symmetric-matrix space space space\nencoding: raw\n", counting,
+               48);
     expect_bad(path, "1 to 4");
 }
 
@@ -227,8 +229,9 @@ static void spaces(void **state)
     /* Vectors turn with their world; colours do not. */
     struct pel_volume v;
     float vector[3] = { 1, 2, 3 };
-    const char *field = "type: float\ndimension: 4\nspace: LAS\nsizes: 3 1 1 1\nspace directions: none (1,0,0) (0,1,0) (0,0,1)\nkinds: %s domain "
-                        "domain domain\nendian: little\nencoding: raw\n";
+    const char *field =
+        "type: float\ndimension: 4\nspace: LAS\nsizes: 3 1 1 1\nspace directions: none (1,0,0) (0,1,0) (0,0,1)\nkinds: %s domain "
+        "domain domain\nendian: little\nencoding: raw\n";
     snprintf(text, sizeof text, field, "vector");
     write_nrrd(path, text, vector, sizeof vector);
     read_ok(path, &v, NULL);
@@ -240,7 +243,8 @@ static void spaces(void **state)
     assert_memory_equal(v.data, vector, sizeof vector);
     pel_volume_finish(&v);
     /* Directions in a plane cannot be drawn with; spacing is what is left of them. */
-    write_nrrd(path, "type: uchar\ndimension: 3\nspace dimension: 3\nsizes: 2 2 2\nspace directions: (2,0,0) (4,0,0) (0,0,1)\nencoding: raw\n",
+    write_nrrd(path,
+               "type: uchar\ndimension: 3\nspace dimension: 3\nsizes: 2 2 2\nspace directions: (2,0,0) (4,0,0) (0,0,1)\nencoding: raw\n",
                counting, 8);
     expect_description(path, "nrrd 2x2x2 u8 x1\nspacing 2 4 1\norigin 0 0 0\n" PLAIN_AXES
                              "space unknown units ''\nmin 0 max 7 mean 3.500000 nonzero 7 voids 0\n"
@@ -350,9 +354,18 @@ static void truncations(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(facts_of_real_files), cmocka_unit_test(round_trips), cmocka_unit_test(encodings), cmocka_unit_test(big_integers),
-        cmocka_unit_test(axes),                cmocka_unit_test(spaces),      cmocka_unit_test(detached),  cmocka_unit_test(whole_file_gzipped),
-        cmocka_unit_test(lies),                cmocka_unit_test(truncations), cmocka_unit_test(bzip2_streams), cmocka_unit_test(text_that_stops),
+        cmocka_unit_test(facts_of_real_files),
+        cmocka_unit_test(round_trips),
+        cmocka_unit_test(encodings),
+        cmocka_unit_test(big_integers),
+        cmocka_unit_test(axes),
+        cmocka_unit_test(spaces),
+        cmocka_unit_test(detached),
+        cmocka_unit_test(whole_file_gzipped),
+        cmocka_unit_test(lies),
+        cmocka_unit_test(truncations),
+        cmocka_unit_test(bzip2_streams),
+        cmocka_unit_test(text_that_stops),
     };
     return cmocka_run_group_tests_name("nrrd", tests, make_scratch, remove_scratch);
 }

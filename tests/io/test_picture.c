@@ -132,8 +132,8 @@ static void foreign_png(void **state)
     pel_image_init(&read);
     static const struct {
         int color, depth, interlace;
-    } kinds[] = { { PNG_COLOR_TYPE_GRAY, 1, 0 }, { PNG_COLOR_TYPE_GRAY, 16, 1 },  { PNG_COLOR_TYPE_GRAY_ALPHA, 8, 0 }, { PNG_COLOR_TYPE_PALETTE, 2, 1 },
-                  { PNG_COLOR_TYPE_RGB, 16, 0 }, { PNG_COLOR_TYPE_RGBA, 16, 1 } };
+    } kinds[] = { { PNG_COLOR_TYPE_GRAY, 1, 0 },    { PNG_COLOR_TYPE_GRAY, 16, 1 }, { PNG_COLOR_TYPE_GRAY_ALPHA, 8, 0 },
+                  { PNG_COLOR_TYPE_PALETTE, 2, 1 }, { PNG_COLOR_TYPE_RGB, 16, 0 },  { PNG_COLOR_TYPE_RGBA, 16, 1 } };
     for (size_t k = 0; k < sizeof kinds / sizeof *kinds; k++) {
         FILE *file = fopen(scratch("k.png"), "wb");
         png_structp png = png_create_write_struct(PNG_LIBPNG_VER_STRING, NULL, NULL, NULL);

@@ -65,9 +65,25 @@ static void layouts(void **state)
 static void bad_layouts(void **state)
 {
     (void)state;
-    static const char *const layouts[] = { "", "256", "2x2:", "2x2", "2x2x2:u7", "x2x2:u8", "2x2x2x:u8", "2x2x2x2x2:u8", "-2x-2x2:u8", "2x2x2:u8:me",
-                                           "2x2x2:u8+", "2x2x2:u8+-4", "2x2x2:u8 ", "0x2x2:u8", "9x2x2x2:u8", "2 x2x2:u8",
-                                           "99999999999999999999x1x1:u8", "4294967296x4294967296x4294967296:u8", "2x2x2:averyveryverylongtypename" };
+    static const char *const layouts[] = { "",
+                                           "256",
+                                           "2x2:",
+                                           "2x2",
+                                           "2x2x2:u7",
+                                           "x2x2:u8",
+                                           "2x2x2x:u8",
+                                           "2x2x2x2x2:u8",
+                                           "-2x-2x2:u8",
+                                           "2x2x2:u8:me",
+                                           "2x2x2:u8+",
+                                           "2x2x2:u8+-4",
+                                           "2x2x2:u8 ",
+                                           "0x2x2:u8",
+                                           "9x2x2x2:u8",
+                                           "2 x2x2:u8",
+                                           "99999999999999999999x1x1:u8",
+                                           "4294967296x4294967296x4294967296:u8",
+                                           "2x2x2:averyveryverylongtypename" };
     const char *path = scratch("b.raw");
     write_file(path, counting, 24);
     for (size_t i = 0; i < sizeof layouts / sizeof *layouts; i++)

@@ -19,10 +19,14 @@ static const struct {
     uint32_t flip;  /* of a sample */
     int bytes;      /* of a sample on the device */
 } types[PEL_TYPE_COUNT] = {
-    [PEL_U8] = { GL_R8, GL_UNSIGNED_BYTE, 255, 0, true, 0, 1 },         [PEL_I8] = { GL_R8, GL_UNSIGNED_BYTE, 255, -128, true, 0x80, 1 },
-    [PEL_U16] = { GL_R16, GL_UNSIGNED_SHORT, 65535, 0, true, 0, 2 },    [PEL_I16] = { GL_R16, GL_UNSIGNED_SHORT, 65535, -32768, true, 0x8000, 2 },
-    [PEL_U32] = { GL_R32F, GL_FLOAT, 1, 0, false, 0, 4 },               [PEL_I32] = { GL_R32F, GL_FLOAT, 1, 0, false, 0, 4 },
-    [PEL_F32] = { GL_R32F, GL_FLOAT, 1, 0, true, 0, 4 },                [PEL_F64] = { GL_R32F, GL_FLOAT, 1, 0, false, 0, 4 },
+    [PEL_U8] = { GL_R8, GL_UNSIGNED_BYTE, 255, 0, true, 0, 1 },
+    [PEL_I8] = { GL_R8, GL_UNSIGNED_BYTE, 255, -128, true, 0x80, 1 },
+    [PEL_U16] = { GL_R16, GL_UNSIGNED_SHORT, 65535, 0, true, 0, 2 },
+    [PEL_I16] = { GL_R16, GL_UNSIGNED_SHORT, 65535, -32768, true, 0x8000, 2 },
+    [PEL_U32] = { GL_R32F, GL_FLOAT, 1, 0, false, 0, 4 },
+    [PEL_I32] = { GL_R32F, GL_FLOAT, 1, 0, false, 0, 4 },
+    [PEL_F32] = { GL_R32F, GL_FLOAT, 1, 0, true, 0, 4 },
+    [PEL_F64] = { GL_R32F, GL_FLOAT, 1, 0, false, 0, 4 },
 };
 
 struct slices {
@@ -36,7 +40,9 @@ struct slices {
 
 static double number_at(const struct pel_volume *v, size_t i)
 {
-    return v->type == PEL_F64 ? ((const double *)v->data)[i] : v->type == PEL_U32 ? (double)((const uint32_t *)v->data)[i] : (double)((const int32_t *)v->data)[i];
+    return v->type == PEL_F64   ? ((const double *)v->data)[i]
+           : v->type == PEL_U32 ? (double)((const uint32_t *)v->data)[i]
+                                : (double)((const int32_t *)v->data)[i];
 }
 
 /* Converts one slice into the staging memory. */
@@ -83,7 +89,8 @@ static void describe(struct pel_gpu_volume *to, const struct pel_volume *v, bool
 {
     double lo = v->range[0], hi = v->range[1], span = hi - lo;
     bool native = types[v->type].native;
-    to->raw = native ? (struct pel_raw_scale){ 1, 0 } : (struct pel_raw_scale){ span > 0 && isfinite(span) ? span : 1, isfinite(lo) ? lo : 0 };
+    to->raw =
+        native ? (struct pel_raw_scale) { 1, 0 } : (struct pel_raw_scale) { span > 0 && isfinite(span) ? span : 1, isfinite(lo) ? lo : 0 };
     to->texel_scale = types[v->type].texel_scale;
     to->texel_offset = types[v->type].texel_offset;
     bool by_value = v->has_void && !isnan(v->void_value);
@@ -119,20 +126,22 @@ static bool send_slices(struct pel_gpu_volume *to, const struct pel_volume *v, s
     return true;
 }
 
-bool pel_gpu_volume_upload(struct pel_device *device, struct pel_gpu_volume *to, const struct pel_volume *v, int threads, struct pel_error *error)
+bool pel_gpu_volume_upload(struct pel_device *device, struct pel_gpu_volume *to, const struct pel_volume *v, int threads,
+                           struct pel_error *error)
 {
     const size_t most = (size_t)device->info.max_texture_3d;
     if (v->dims[0] > most || v->dims[1] > most || v->dims[2] > most)
-        return pel_fail(error, PEL_ERROR_UNSUPPORTED, "%zu x %zu x %zu voxels: this device's textures have up to %zu along a side; use --device cpu", v->dims[0], v->dims[1],
-                        v->dims[2], most);
+        return pel_fail(error, PEL_ERROR_UNSUPPORTED,
+                        "%zu x %zu x %zu voxels: this device's textures have up to %zu along a side; use --device cpu", v->dims[0],
+                        v->dims[1], v->dims[2], most);
     struct slices s = { .volume = v, .to = to, .slice = v->dims[0] * v->dims[1] };
     if (v->type == PEL_F32 || v->type == PEL_F64)
         pel_parallel_for(threads, v->dims[2], search_slice, &s);
     describe(to, v, atomic_load(&s.odd));
     /* llvmpipe filters 8-bit texels in 8 bits; in 16 the same samples take as long and lose nothing. */
     GLenum format = types[v->type].format == GL_R8 && device->info.software ? GL_R16 : types[v->type].format;
-    return pel_texture_reserve(device, &to->texture, format, (int)v->dims[0], (int)v->dims[1], (int)v->dims[2], to->voids ? GL_NEAREST : GL_LINEAR,
-                               error) &&
+    return pel_texture_reserve(device, &to->texture, format, (int)v->dims[0], (int)v->dims[1], (int)v->dims[2],
+                               to->voids ? GL_NEAREST : GL_LINEAR, error) &&
            send_slices(to, v, &s, threads, error) && pel_device_check(device, "upload", error);
 }
 

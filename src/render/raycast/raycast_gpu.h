@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
-/* Ray casting on the GPU engine: the frame of the CPU engine (docs/optics.md) through compute shaders. What it keeps on the device comes in the same three layers (raycast.h): the volume with its min-max
- * grid; tables, marks and distance maps; the picture. */
+/* Ray casting on the GPU engine: the frame of the CPU engine (docs/optics.md) through compute shaders. What it keeps on the device comes in
+ * the same three layers (raycast.h): the volume with its min-max grid; tables, marks and distance maps; the picture. */
 #ifndef PEL_RENDER_RAYCAST_GPU_H
 #define PEL_RENDER_RAYCAST_GPU_H
 

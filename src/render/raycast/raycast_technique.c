@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: MIT */
-/* Ray casting, the default technique. On the CPU the method is in src/cpu (kernel.c is the loop itself), on a GPU in raycast_gpu.c and the shaders; here both meet the renderer. */
+/* Ray casting, the default technique. On the CPU the method is in src/cpu (kernel.c is the loop itself), on a GPU in raycast_gpu.c and the
+ * shaders; here both meet the renderer. */
 #include <stdlib.h>
 
 #include "alloc.h"
