@@ -110,6 +110,27 @@ def voxel_rays(records):
     return "\n".join(lines) + "\n"
 
 
+def gpu_engine(records):
+    """The GPU engine beside VTK's mapper on the same device."""
+    rows, device = [], ""
+    for r in records:
+        ours = [median(r, "pellucid-gpu", key) for key in ("frame_ms", "edit_ms")]
+        theirs = [median(r, "vtk-gpu", key) for key in ("frame_ms", "edit_ms")]
+        if all(ours):
+            device = r["runs"]["pellucid-gpu"][0].get("device", "")
+            compared = [t / o if t else None for t, o in zip(theirs, ours)]
+            rows.append((label(r), number(ours[0]), "%s (%.1fx)" % (number(theirs[0]), compared[0]) if theirs[0] else "", number(ours[1]),
+                         "%s (%.1fx)" % (number(theirs[1]), compared[1]) if theirs[1] else "", compared))
+    if not rows:
+        return ""
+    lines = ["On %s." % device, "", "| scene | Pellucid, a frame | VTK GPU mapper | after a change | VTK |", "| --- |" + " ---: |" * 4]
+    lines += ["| %s | %s | %s | %s | %s |" % row[:5] for row in rows]
+    means = [geometric([row[5][i] for row in rows]) for i in range(2)]
+    if all(means):
+        lines.append("| geometric mean | | %.1fx | | %.1fx |" % tuple(means))
+    return "\n".join(lines) + "\n"
+
+
 def stills(records):
     rows = []
     for r in records:
@@ -153,6 +174,7 @@ def table(result):
         ("A frame after the transfer function changed", block(result, rays, "edit_ms", peers)),
         ("An isosurface, the isovalue changing each frame", block(result, iso, "edit_ms", ["vtk-iso"])),
         ("An isosurface, the camera turning", block(result, iso, "frame_ms", ["vtk-iso"], limit=True)),
+        ("The GPU engine, the camera turning and the transfer function (isovalue) changing", gpu_engine(scenes)),
         ("VolPack's own number of rays: in parallel, one a voxel; one thread each", voxel_rays(scenes)),
         ("From process start to a PNG on disk, and peak memory", stills(scenes)),
     ]

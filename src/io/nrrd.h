@@ -16,6 +16,7 @@ struct pel_nrrd {
     NrrdIoState *nio;       /* encoding, endian, skips */
     char **files;           /* owned; paths of detached data files in order, as the header says them */
     size_t file_count;      /* 0: data are attached */
+    char space_unit[64];    /* of the first axis of the space, or "" */
     bool has_void;
     double void_value;
     bool has_placement;     /* this library's own note of the exact placement, see nrrd_write.c */

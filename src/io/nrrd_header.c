@@ -16,7 +16,7 @@ enum { MAX_HEADER = 1 << 24, MAX_FIELDS = 1 << 17, MAX_LINE = 1 << 16 };
 static const char *const teem_fields[] = {
     "type",           "dimension",  "sizes",       "spacings",        "axismins",         "axismaxs", "centers", "centerings",
     "kinds",          "units",      "encoding",    "endian",          "lineskip",         "byteskip", "content", "space",
-    "spacedimension", "spaceunits", "spaceorigin", "spacedirections", "measurementframe", NULL
+    "spacedimension", "spaceorigin", "spacedirections", "measurementframe", NULL
 };
 static const char *const first_fields[] = { "dimension", "space", "spacedimension", NULL };
 static const char *const other_fields[] = { "number", "labels", "thicknesses", "min", "max", "oldmin", "oldmax", "sampleunits", "blocksize",
@@ -163,9 +163,21 @@ static bool axes_have_words(const struct lines *in, struct pel_error *error)
     return true;
 }
 
+/* The first of the space units, a text in quotation marks. Teem forgets memory where there are more than axes of the space. */
+static void take_space_unit(struct pel_nrrd *head, const char *values)
+{
+    const char *open = strchr(values, '"');
+    size_t length = open ? strcspn(open + 1, "\"") : 0;
+    if (open && open[1 + length] == '"' && length < sizeof head->space_unit) {
+        memcpy(head->space_unit, open + 1, length);
+        head->space_unit[length] = 0;
+    }
+}
+
 static bool take_line(struct lines *in, struct pel_nrrd *head, struct pel_file_info *info, struct pel_error *error)
 {
     static const char *const data_file[] = { "datafile", NULL }, *const dimension[] = { "dimension", NULL };
+    static const char *const space_units[] = { "spaceunits", NULL };
     static const char *const of_axes[2][3] = { { "kinds", NULL }, { "centers", "centerings", NULL } };
     const char *line = in->line, *colon = strstr(line, ": "), *pair = strstr(line, ":=");
     if (line[0] == '#')
@@ -191,6 +203,10 @@ static bool take_line(struct lines *in, struct pel_nrrd *head, struct pel_file_i
             return add_line(in, in->first, &in->first_used, error);
         else
             return add_line(in, in->text, &in->used, error);
+        return true;
+    }
+    if (colon && listed(line, name, space_units)) {
+        take_space_unit(head, colon + 2);
         return true;
     }
     if (colon && listed(line, name, other_fields))
