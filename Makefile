@@ -8,7 +8,7 @@ FUZZ_SECONDS ?= 600
 BENCH_ARGS ?=
 export DEBIAN_FRONTEND = noninteractive
 
-.PHONY: help all demo check bench fuzz install clean
+.PHONY: help all demo check bench fuzz install bundle clean
 .DEFAULT_GOAL := help
 
 help: ## this list
@@ -38,5 +38,9 @@ install: all ## install under PREFIX (/usr/local), staged in DESTDIR
 	@DESTDIR="$(DESTDIR)" meson install -C "$(BUILD)" --quiet
 	@[ -n "$(DESTDIR)" ] || ldconfig 2>/dev/null || true
 
+bundle: ## a folder and archive that run on another machine with nothing installed: build-bundle/pellucid.tar.gz
+	@scripts/deps build
+	@scripts/bundle "$(BUILD)-bundle" "$(BUILD)-bundle/pellucid"
+
 clean: ## remove what the targets above made
-	rm -rf "$(BUILD)" "$(BUILD)-asan" "$(BUILD)-fuzz" demo bench/data
+	rm -rf "$(BUILD)" "$(BUILD)-asan" "$(BUILD)-fuzz" "$(BUILD)-bundle" demo bench/data

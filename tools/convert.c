@@ -254,6 +254,9 @@ static bool convert(const struct arguments *arguments, const struct values *valu
     write.compress = values->compress;
     write.progress = progress_callback(&progress);
     progress_begin(&progress, "writing", 1);
+    const char *dot = strrchr(arguments->operands[1], '.');
+    if (fine && values->space == 1 && !values->quiet && dot && (strcasecmp(dot, ".mha") == 0 || strcasecmp(dot, ".mhd") == 0))
+        tool_note("%s: MetaImage is always LPS; the axes were turned back", arguments->operands[1]);
     fine = fine && (!interruption() || tool_fail(error, PEL_ERROR_CANCELLED, "interrupted"));
     fine = fine && (pel_write_volume(arguments->operands[1], &volume, &write, error) || tool_fail_in(error, arguments->operands[1]));
     progress_end(&progress);
@@ -280,7 +283,7 @@ const struct command command_convert = {
                    "where the format can "
                    "hold them; so is the number type where --type does not say otherwise.",
     .examples = "  pellucid convert scan.nii.gz scan.nrrd --compress\n"
-                "  pellucid convert dicom-folder/ scan.mha --space RAS\n"
+                "  pellucid convert dicom-folder/ scan.nrrd --space RAS\n"
                 "  pellucid convert speed.vti speed.nrrd --type u8 --range 0,80\n"
                 "  pellucid convert volume.dat volume.vti --raw 256x256x128:u16:be --spacing 1,1,2",
     .groups = groups,

@@ -206,14 +206,18 @@ static bool save_scene(const struct values *values, const struct loaded_scene *l
 }
 
 /* A picture of nothing is no error, but seldom what was meant. */
-static void tell_if_empty(const struct values *values, const struct pel_image *image)
+static void tell_if_empty(const struct values *values, const struct loaded_scene *loaded, const struct pel_image *image)
 {
     size_t count = (size_t)image->width * (size_t)image->height;
     for (size_t i = 0; i < count; i++)
         if (image->rgba[4 * i + 3] > 0)
             return;
-    if (!values->scene.quiet)
-        tool_note("there is nothing to be seen in the picture; look at the opacities, isovalues, clipping or the camera");
+    if (values->scene.quiet)
+        return;
+    if (!(loaded->volume.range[0] <= loaded->volume.range[1]))
+        tool_note("there is nothing to be seen: every sample is void");
+    else
+        tool_note("there is nothing to be seen in the picture; look at the opacities, isovalues, clipping, voids or the camera");
 }
 
 static bool draw(const struct values *values, const struct arguments *arguments, struct loaded_scene *loaded, struct progress *progress,
@@ -245,7 +249,7 @@ static bool draw(const struct values *values, const struct arguments *arguments,
             goto cleanup;
     }
     progress_end(progress);
-    tell_if_empty(values, &image);
+    tell_if_empty(values, loaded, &image);
     fine = print_stats(values, renderer, loaded, error);
 cleanup:
     progress_end(progress);

@@ -169,7 +169,7 @@ bool pel_transfer_automatic(struct pel_transfer *transfer, const struct pel_volu
     struct pel_survey survey;
     bool ok = false;
     if (volume->labels && purpose != PEL_TRANSFER_XRAY && purpose != PEL_TRANSFER_AVERAGE) {
-        ok = pel_label_transfer(transfer, volume, purpose == PEL_TRANSFER_OPAQUE, error);
+        ok = pel_label_transfer(transfer, volume, purpose != PEL_TRANSFER_COMPOSITE, error);
     } else {
         pel_survey_volume(volume, &survey);
         switch (purpose) {

@@ -343,7 +343,7 @@ bool pel_stream_check(const struct pel_stream *s, uint64_t size, const char *wha
     if (size <= bound)
         return true;
     return pel_fail(error, PEL_ERROR_FORMAT,
-                    "the header asks for %llu bytes of %s, but the file has %s%llu left; it is truncated or its header is wrong",
+                    "the header (or --raw) asks for %llu bytes of %s, but the file has %s%llu left; it is truncated or the header is wrong",
                     (unsigned long long)size, what, s->inflating ? "at most " : "", (unsigned long long)bound);
 }
 

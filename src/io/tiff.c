@@ -61,7 +61,7 @@ static void place(const struct pel_tiff_page *page, bool one_slice, struct pel_v
             volume->spacing[a] = page->spacing[a];
     pel_copy_text(volume->units, sizeof volume->units, page->units);
     if (!(page->spacing[2] > 0) && !one_slice)
-        pel_info_note(info, "TIFF does not tell the distance of slices: taken as %g", volume->spacing[2]);
+        pel_info_note(info, "TIFF does not tell the distance of slices: taken as %g unless --spacing says it", volume->spacing[2]);
     if (page->palette)
         pel_info_note(info, "the colours of a palette are left out: the values are its indices");
     if (page->white_is_zero)
@@ -75,7 +75,8 @@ static bool allocate(const struct pel_tiff_page *page, uint64_t slices, uint64_t
     if (!pel_volume_size_check(dims, page->type, page->components, &bytes, error))
         return false;
     if (bytes / page->ratio > length)
-        return pel_fail(error, PEL_ERROR_FORMAT, "%zu bytes of samples cannot be in %llu bytes of file", bytes, (unsigned long long)length);
+        return pel_fail(error, PEL_ERROR_FORMAT, "%zu bytes of samples in %llu slices cannot be in %llu bytes of TIFF; something is truncated", bytes,
+                        (unsigned long long)slices, (unsigned long long)length);
     return pel_volume_allocate(volume, shape, page->type, page->components, error);
 }
 
@@ -202,7 +203,9 @@ static bool read_slices(const char *folder, struct dirent **names, size_t count,
     }
     for (size_t i = 0; ok && i < count; i++) {
         ok = pel_progress_report(&params->progress, (double)i / (double)count, error);
-        if (ok && !(ok = read_slice(paths[i], i, count, length, &first, volume, error)))
+        ok = ok && read_slice(paths[i], i, count, length, &first, volume, error);
+        bool all_together = i == 0 && first.width && !volume->data; /* that they are too short is no fault of the first */
+        if (!ok && !all_together)
             pel_fail_in(error, "%s: ", names[i]->d_name);
     }
     if (ok)

@@ -190,7 +190,7 @@ static bool read_binary(struct source *s, const struct pel_vti_header *h, const 
     if (ok && !h->compressed && length != bytes)
         ok = pel_fail(s->error, PEL_ERROR_FORMAT, "its %llu bytes are not the %zu of the extent", (unsigned long long)length, bytes);
     if (ok && !h->compressed && length > left(s))
-        ok = pel_fail(s->error, PEL_ERROR_FORMAT, "%zu bytes of samples cannot be in a file of this length", bytes);
+        ok = pel_fail(s->error, PEL_ERROR_FORMAT, "%zu bytes of samples cannot be in a file of this length; it is truncated or its header is wrong", bytes);
     ok = ok && pel_volume_allocate(volume, shape, type, array->components, s->error);
     ok = ok && (h->compressed ? take_compressed(s, &blocks, volume->data) : take(s, volume->data, bytes));
     free(blocks.packed);

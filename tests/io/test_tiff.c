@@ -10,7 +10,7 @@
 #include <tiffio.h>
 
 #define PLAIN_AXES "axis 0: 1 0 0\naxis 1: 0 1 0\naxis 2: 0 0 1\n"
-#define FLAT_NOTE "note: TIFF does not tell the distance of slices: taken as 1\n"
+#define FLAT_NOTE "note: TIFF does not tell the distance of slices: taken as 1 unless --spacing says it\n"
 
 /* How a page is written. Zero means: as simple as can be. */
 struct page {
