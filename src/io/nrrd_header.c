@@ -191,7 +191,10 @@ static bool take_line(struct lines *in, struct pel_nrrd *head, struct pel_file_i
     }
     if (colon && listed(line, name, dimension)) {
         in->has_dimension = true;
-        in->dimension = (int)strtol(colon + 2, NULL, 10);
+        char *end;
+        in->dimension = (int)strtol(colon + 2, &end, 10);
+        if (end[strspn(end, " \t")] || in->dimension < 1 || in->dimension > NRRD_DIM_MAX)
+            return pel_fail(error, PEL_ERROR_FORMAT, "line %d: the dimension is no number from 1 to %d", in->number, NRRD_DIM_MAX);
     }
     for (int i = 0; colon && i < 2; i++)
         if (listed(line, name, of_axes[i]))
