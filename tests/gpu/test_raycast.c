@@ -197,6 +197,45 @@ static void test_skipping(void **state)
     pel_volume_finish(&volume);
 }
 
+/* As on hardware, where the device makes its min-max grid and distance maps itself; in software the CPU makes them. */
+static void test_grids_of_its_own(void **state)
+{
+    (void)state;
+    need_device();
+    struct pel_device_info *info = (struct pel_device_info *)(uintptr_t)pel_device_describe(device);
+    bool software = info->software;
+    info->software = false;
+    const struct {
+        enum pel_type type;
+        formula *f;
+    } cases[] = { { PEL_U16, blob }, { PEL_F32, holed } };
+    for (int i = 0; i < 2; i++) {
+        struct pel_volume volume;
+        struct pel_scene scene;
+        struct pel_renderer *renderer = gpu_renderer();
+        make_typed(&volume, &scene, cases[i].type, cases[i].f);
+        for (int mode = 0; mode <= PEL_MODE_ISOSURFACE; mode++)
+            for (int turn = 0; turn < 4; turn++) {
+                struct pel_image with, without;
+                scene.render.mode = (enum pel_mode)mode;
+                pel_camera_azimuth(&scene.camera, 77);
+                pel_camera_elevation(&scene.camera, turn % 2 ? 50 : -50);
+                scene.render.skip = true;
+                check_against_cpu(renderer, &scene, pel_type_name(cases[i].type));
+                draw_gpu(renderer, &scene, WIDTH, HEIGHT, &with);
+                scene.render.skip = false;
+                draw_gpu(renderer, &scene, WIDTH, HEIGHT, &without);
+                check_at_most(largest_difference(&with, &without), 1e-6, "mode %d, turn %d: skipping", mode, turn);
+                pel_image_finish(&with);
+                pel_image_finish(&without);
+            }
+        pel_renderer_destroy(renderer);
+        pel_scene_finish(&scene);
+        pel_volume_finish(&volume);
+    }
+    info->software = software;
+}
+
 /* Against the reference at half a voxel, on a signal that is hard to sample. */
 static void test_reference(void **state)
 {
@@ -295,7 +334,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_ways),      cmocka_unit_test(test_types_and_settings), cmocka_unit_test(test_skipping),
-        cmocka_unit_test(test_reference), cmocka_unit_test(test_nothing_stays),      cmocka_unit_test(test_too_long),
+        cmocka_unit_test(test_grids_of_its_own), cmocka_unit_test(test_reference), cmocka_unit_test(test_nothing_stays),      cmocka_unit_test(test_too_long),
     };
     return cmocka_run_group_tests(tests, open_device, close_device);
 }

@@ -9,9 +9,11 @@
 
 #include "alloc.h"
 #include "classify.h"
+#include "distance_map.h"
 #include "fail.h"
 #include "gpu_volume.h"
 #include "objects.h"
+#include "parallel.h"
 #include "rays.h"
 #include "timer.h"
 
@@ -376,21 +378,71 @@ static bool map_octant(struct pel_gpu_raycaster *rc, GLuint program, int octant,
     return pel_device_check(rc->device, "distance map", error);
 }
 
-static bool map_octants(struct pel_gpu_raycaster *rc, unsigned wanted, struct pel_error *error)
+struct mapping {
+    const uint8_t *marks;
+    size_t dims[3];
+    uint8_t *maps; /* eight, one above the other */
+    unsigned wanted;
+    bool failed[8];
+};
+
+static void map_on_cpu(void *context, size_t octant, int thread)
+{
+    (void)thread;
+    struct mapping *m = context;
+    size_t slice = m->dims[0] * m->dims[1];
+    if (m->wanted & 1u << octant)
+        m->failed[octant] =
+            !pel_distance_map(m->marks, m->dims, m->dims[0], slice, (unsigned)octant, m->maps + octant * slice * m->dims[2], NULL);
+}
+
+/* The same maps made by the CPU, which in software does it ten times as fast. */
+static bool send_maps(struct pel_gpu_raycaster *rc, unsigned wanted, int threads, struct pel_error *error)
+{
+    const int *c = rc->cells;
+    uint8_t *marks = pel_alloc_aligned(rc->cell_count * 9, 1, "distance maps", error);
+    if (!marks)
+        return false;
+    struct mapping m = { marks, { (size_t)c[0], (size_t)c[1], (size_t)c[2] }, marks + rc->cell_count, wanted, { false } };
+    glPixelStorei(GL_PACK_ALIGNMENT, 1);
+    glPixelStorei(GL_UNPACK_ALIGNMENT, 1);
+    glGetTextureImage(rc->marks.name, 0, GL_RED_INTEGER, GL_UNSIGNED_BYTE, (GLsizei)rc->cell_count, marks);
+    pel_parallel_for(threads, 8, map_on_cpu, &m);
+    bool ok = true;
+    for (int o = 0; o < 8; o++) {
+        ok &= !m.failed[o];
+        if (wanted & 1u << o)
+            glTextureSubImage3D(rc->distances.name, 0, 0, 0, o * c[2], c[0], c[1], c[2], GL_RED_INTEGER, GL_UNSIGNED_BYTE,
+                                m.maps + (size_t)o * rc->cell_count);
+    }
+    free(marks);
+    return ok ? pel_device_check(rc->device, "distance maps", error) : pel_fail(error, PEL_ERROR_MEMORY, "distance maps: no memory");
+}
+
+static bool make_maps(struct pel_gpu_raycaster *rc, unsigned wanted, struct pel_error *error)
 {
     const int *c = rc->cells;
     GLuint program = find_program(rc, SHADER_DISTANCE, 0, PEL_MODE_COMPOSITE, error);
     if (!program || !pel_texture_reserve(rc->device, &rc->scratch[0], GL_R8UI, c[0], c[1], c[2], GL_NEAREST, error) ||
-        !pel_texture_reserve(rc->device, &rc->scratch[1], GL_R8UI, c[0], c[1], c[2], GL_NEAREST, error) ||
-        !pel_texture_reserve(rc->device, &rc->distances, GL_R8UI, c[0], c[1], c[2] * 8, GL_NEAREST, error))
+        !pel_texture_reserve(rc->device, &rc->scratch[1], GL_R8UI, c[0], c[1], c[2], GL_NEAREST, error))
         return false;
     bind(rc);
     for (int o = 0; o < 8; o++)
-        if (wanted & ~rc->octants & 1u << o) {
-            if (!map_octant(rc, program, o, error))
-                return false;
-            rc->octants |= 1u << o;
-        }
+        if (wanted & 1u << o && !map_octant(rc, program, o, error))
+            return false;
+    return true;
+}
+
+/* Sees to it that there are maps for all octants into which rays go. */
+static bool map_octants(struct pel_gpu_raycaster *rc, unsigned octants, int threads, struct pel_error *error)
+{
+    const int *c = rc->cells;
+    unsigned wanted = octants & ~rc->octants;
+    if (!pel_texture_reserve(rc->device, &rc->distances, GL_R8UI, c[0], c[1], c[2] * 8, GL_NEAREST, error))
+        return false;
+    if (wanted && !(rc->device->info.software ? send_maps(rc, wanted, threads, error) : make_maps(rc, wanted, error)))
+        return false;
+    rc->octants |= wanted;
     return true;
 }
 
@@ -416,16 +468,33 @@ bool pel_gpu_raycaster_prepare(struct pel_gpu_raycaster *rc, const struct pel_fr
     const struct pel_scene *scene = frame->scene;
     unsigned changes = frame->changes;
     bool reclassify = changes & (PEL_CHANGE_VOLUME | PEL_CHANGE_TRANSFER | PEL_CHANGE_ISOSURFACES | PEL_CHANGE_SETTINGS);
-    bool ok = !(changes & PEL_CHANGE_VOLUME) || set_volume(rc, frame, error);
+    if (changes & PEL_CHANGE_VOLUME && !set_volume(rc, frame, error))
+        return false;
     double start = pel_now_ms();
-    if (ok && reclassify)
-        ok = pel_classify_tables(&rc->tables, scene, rc->volume.raw, &rc->job, error) && send_tables(rc, error);
+    if (reclassify) {
+        if (!pel_classify_tables(&rc->tables, scene, rc->volume.raw, &rc->job, error) || !send_tables(rc, error))
+            return false;
+        pel_frame_stage(frame, "tables", start);
+        start = pel_now_ms();
+    }
     pel_rays_setup(&rc->job, scene, frame->image->width, frame->image->height);
     bool maps = pel_mode_has_map(rc->job.mode) && rc->job.skip;
-    ok = ok && send_job(rc, scene, error) && (!(changes & PEL_CHANGE_VOLUME) || build_grid(rc, frame, error)) &&
-         (!reclassify || !maps || mark_cells(rc, error)) && (!maps || map_octants(rc, pel_rays_octants(&rc->job), error));
-    pel_frame_stage(frame, "classify", start);
-    return ok;
+    if (!send_job(rc, scene, error) || (changes & PEL_CHANGE_VOLUME && !build_grid(rc, frame, error)))
+        return false;
+    if (changes & PEL_CHANGE_VOLUME) {
+        pel_frame_stage(frame, "min-max grid", start);
+        start = pel_now_ms();
+    }
+    if (reclassify && maps) {
+        if (!mark_cells(rc, error))
+            return false;
+        pel_frame_stage(frame, "classify", start);
+        start = pel_now_ms();
+    }
+    if (maps && !map_octants(rc, pel_rays_octants(&rc->job), frame->threads, error))
+        return false;
+    pel_frame_stage(frame, "distance maps", start);
+    return true;
 }
 
 static bool read_back(struct pel_gpu_raycaster *rc, struct pel_image *image, struct pel_error *error)
