@@ -76,7 +76,7 @@ def reached(record, result):
 def block(result, records, key, programs, limit=False):
     """One table of milliseconds, a row a scene, the ratio to ours beside each peer's."""
     programs = [p for p in programs if any(median(r, p, key) for r in records)]
-    records = [r for r in records if median(r, "pellucid", key) or any(median(r, p, key) for p in programs)]
+    records = [r for r in records if median(r, "pellucid", key)]
     if not records:
         return ""
     limit = limit and any(reached(r, result) for r in records)
