@@ -21,6 +21,15 @@ static bool gpu_file_exists(void)
     return found;
 }
 
+/* Does the volume fit, with room for what hangs on it? A device that tells no memory is believed. */
+static bool volume_fits(const struct pel_volume *volume, const struct pel_device_info *device)
+{
+    for (int a = 0; a < 3; a++)
+        if (volume->dims[a] > (size_t)device->max_texture_3d)
+            return false;
+    return !device->memory_bytes || pel_volume_bytes(volume) < device->memory_bytes / 4 * 3;
+}
+
 /* Hardware, or software where there is no CPU engine to take its place. */
 static void choose_automatically(struct loaded_scene *loaded, const struct pel_technique_info *technique)
 {
@@ -33,8 +42,12 @@ static void choose_automatically(struct loaded_scene *loaded, const struct pel_t
     loaded->device = pel_device_create(-1, NULL, &why);
     if (!loaded->device) {
         snprintf(loaded->device_note, sizeof loaded->device_note, "%.200s", why.message);
-    } else if (on_cpu && pel_device_describe(loaded->device)->software) {
-        snprintf(loaded->device_note, sizeof loaded->device_note, "the only GPU is software");
+        return;
+    }
+    const struct pel_device_info *info = pel_device_describe(loaded->device);
+    bool fits = volume_fits(&loaded->volume, info);
+    if (on_cpu && (info->software || !fits)) {
+        snprintf(loaded->device_note, sizeof loaded->device_note, fits ? "the only GPU is software" : "the volume is too large for the GPU");
         pel_device_destroy(loaded->device);
         loaded->device = NULL;
     }
