@@ -32,10 +32,6 @@ struct lines {
     char *first, *text;
     size_t first_used, used;
     bool has_dimension;
-    int dimension;                       /* as far as it is a number */
-    struct {
-        int number, words;
-    } of_axes[2];    /* the lines "kinds" and "centers", where they were: Teem forgets memory where they have too few words */
     char *data_file; /* the "data file" field's value, or NULL */
 };
 
@@ -145,24 +141,6 @@ static bool add_line(const struct lines *in, char *text, size_t *used, struct pe
     return true;
 }
 
-static void count_words(struct lines *in, int which, const char *values)
-{
-    int words = 0;
-    for (const char *c = values; *(c += strspn(c, " \t")); c += strcspn(c, " \t"))
-        words++;
-    in->of_axes[which].number = in->number;
-    in->of_axes[which].words = words;
-}
-
-static bool axes_have_words(const struct lines *in, struct pel_error *error)
-{
-    for (int i = 0; i < 2; i++)
-        if (in->of_axes[i].number && in->of_axes[i].words < in->dimension)
-            return pel_fail(error, PEL_ERROR_FORMAT, "line %d: %d words for %d axes", in->of_axes[i].number, in->of_axes[i].words,
-                            in->dimension);
-    return true;
-}
-
 /* The first of the space units, a text in quotation marks. Teem forgets memory where there are more than axes of the space. */
 static void take_space_unit(struct pel_nrrd *head, const char *values)
 {
@@ -178,7 +156,6 @@ static bool take_line(struct lines *in, struct pel_nrrd *head, struct pel_file_i
 {
     static const char *const data_file[] = { "datafile", NULL }, *const dimension[] = { "dimension", NULL };
     static const char *const space_units[] = { "spaceunits", NULL };
-    static const char *const of_axes[2][3] = { { "kinds", NULL }, { "centers", "centerings", NULL } };
     const char *line = in->line, *colon = strstr(line, ": "), *pair = strstr(line, ":=");
     if (line[0] == '#')
         return true;
@@ -192,13 +169,10 @@ static bool take_line(struct lines *in, struct pel_nrrd *head, struct pel_file_i
     if (colon && listed(line, name, dimension)) {
         in->has_dimension = true;
         char *end;
-        in->dimension = (int)strtol(colon + 2, &end, 10);
-        if (end[strspn(end, " \t")] || in->dimension < 1 || in->dimension > NRRD_DIM_MAX)
+        long axes = strtol(colon + 2, &end, 10);
+        if (end[strspn(end, " \t")] || axes < 1 || axes > NRRD_DIM_MAX) /* Teem leaks on every field that comes after a bad one */
             return pel_fail(error, PEL_ERROR_FORMAT, "line %d: the dimension is no number from 1 to %d", in->number, NRRD_DIM_MAX);
     }
-    for (int i = 0; colon && i < 2; i++)
-        if (listed(line, name, of_axes[i]))
-            count_words(in, i, colon + 2);
     if (colon && listed(line, name, teem_fields)) {
         if (ends_in_quotes(line))
             pel_info_note(info, "line %d of the header has a quotation mark too few and is left out", in->number);
@@ -365,14 +339,12 @@ bool pel_nrrd_read_header(struct pel_stream *stream, struct pel_nrrd *head, stru
     bool ok = in.text && read_lines(&in, head, info, error);
     if (ok && !in.has_dimension)
         ok = pel_fail(error, PEL_ERROR_FORMAT, "its header has no \"dimension\"");
-    if (ok && axes_have_words(&in, error)) {
+    if (ok) {
         memmove(in.first + in.first_used, in.text, in.used + 1);
         pel_teem_lock();
         ok = parse_fields(in.first, head, error);
         pel_teem_unlock();
         ok = ok && needed_fields_are_there(head, error);
-    } else {
-        ok = false;
     }
     free(in.line);
     free(in.first);
