@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: MIT
 """render, compare, bench, techniques: the pictures arrive, flags mean what they say, scenes repeat a picture, nothing is left half done."""
+import glob
 import json
 import os
 import resource
@@ -95,6 +96,21 @@ with Folder() as folder:
         fine("on a GPU", *base, "-o", folder / "gpu.png", "--device", "gpu")
         fine("alike", "compare", folder / "cpu.png", folder / "gpu.png", "--psnr-min", "45")
         fine("on a GPU by number", *base, "-o", folder / "gpu.png", "--device", "gpu:%d" % [d["index"] for d in devices if d["usable"]][0])
+        # Kept programs, then damaged ones: cut off, garbled, empty, not writable.
+        cache = str(folder / "cache")
+        env = dict(os.environ, XDG_CACHE_HOME=cache)
+        fine("programs are kept", *base, "-o", folder / "gpu.png", "--device", "gpu", env=env)
+        whole = read(folder / "gpu.png")
+        kept = sorted(glob.glob(os.path.join(cache, "pellucid", "*.bin")))
+        for name, damage in {"cut off": lambda b: b[:len(b) // 2], "garbled": lambda b: b[:60] + bytes(255 - x for x in b[60:]), "empty": lambda b: b""}.items():
+            for path in kept:
+                bytes_of = read(path)
+                with open(path, "wb") as f:
+                    f.write(damage(bytes_of))
+            fine("kept programs, " + name, *base, "-o", folder / "gpu.png", "--device", "gpu", env=env)
+            check(read(folder / "gpu.png") == whole, "the same picture with programs " + name)
+        fine("no place for programs", *base, "-o", folder / "gpu.png", "--device", "gpu", env=dict(os.environ, XDG_CACHE_HOME="/dev/null"))
+        check(read(folder / "gpu.png") == whole, "the same picture with no place for programs")
         fails("a GPU that is not there", 2, "--device", *base, "-o", folder / "none.png", "--device", "gpu:99")
     else:
         fails("no GPU", 1, "there is no GPU", *base, "-o", folder / "none.png", "--device", "gpu")
