@@ -146,6 +146,12 @@ static bool xray(struct pel_transfer *transfer, const struct pel_volume *volume,
     enum { STEPS = 17 };
     struct pel_opacity_point points[STEPS];
     double depth = typical_depth(volume, s), tau = depth > 0 ? fmin(1.2 / depth, 8) : 0.01;
+    if (s->kind == PEL_SURVEY_EMPTY) { /* one value everywhere: all of it is the object */
+        depth = (double)volume->dims[1] * volume->spacing[1] / pel_volume_mean_spacing(volume);
+        points[0] = (struct pel_opacity_point) { s->background, 1 - exp(-1.2 / depth) };
+        return pel_transfer_set_colormap(transfer, "gray", s->background, s->top, error) &&
+               pel_transfer_set_opacities(transfer, points, 1, error);
+    }
     for (int i = 0; i < STEPS; i++) {
         double f = (double)i / (STEPS - 1);
         points[i].value = s->background * (1 - f) + s->top * f;

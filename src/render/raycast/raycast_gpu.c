@@ -478,6 +478,8 @@ bool pel_gpu_raycaster_prepare(struct pel_gpu_raycaster *rc, const struct pel_fr
         start = pel_now_ms();
     }
     pel_rays_setup(&rc->job, scene, frame->image->width, frame->image->height);
+    if (rc->cells[2] * 8 > rc->device->info.max_texture_3d) /* no room for eight maps above each other: nothing is passed over */
+        rc->job.skip = false;
     bool maps = pel_mode_has_map(rc->job.mode) && rc->job.skip;
     if (!send_job(rc, scene, error) || (changes & PEL_CHANGE_VOLUME && !build_grid(rc, frame, error)))
         return false;
@@ -511,6 +513,10 @@ static bool cast_rays(struct pel_gpu_raycaster *rc, const struct pel_frame *fram
 {
     const uint32_t none[4] = { 0 };
     struct pel_image *image = frame->image;
+    const int most = rc->device->info.max_texture_2d;
+    if (image->width > most || image->height > most || (uint64_t)image->width * (uint64_t)image->height > INT32_MAX / (4 * sizeof(float)))
+        return pel_fail(error, PEL_ERROR_UNSUPPORTED, "a picture of %d x %d is more than the GPU engine draws; use --device cpu", image->width,
+                        image->height);
     GLuint program = drawing_program(rc, error);
     if (!program || !pel_texture_reserve(rc->device, &rc->picture, GL_RGBA32F, image->width, image->height, 0, GL_NEAREST, error) ||
         !pel_texture_reserve(rc->device, &rc->depth, GL_R32F, image->width, image->height, 0, GL_NEAREST, error) ||
