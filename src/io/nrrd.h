@@ -16,7 +16,7 @@ struct pel_nrrd {
     NrrdIoState *nio;       /* encoding, endian, skips */
     char **files;           /* owned; paths of detached data files in order, as the header says them */
     size_t file_count;      /* 0: data are attached */
-    char space_unit[64];    /* of the first axis of the space, or "" */
+    char units[512], space_units[512]; /* the values of these fields: texts in quotation marks */
     bool has_void;
     double void_value;
     bool has_placement;     /* this library's own note of the exact placement, see nrrd_write.c */
@@ -26,6 +26,9 @@ struct pel_nrrd {
 /* Reads the header from the beginning of a stream up to its end (the byte behind the empty line). */
 bool pel_nrrd_read_header(struct pel_stream *stream, struct pel_nrrd *head, struct pel_file_info *info, struct pel_error *error);
 void pel_nrrd_finish(struct pel_nrrd *head); /* accepts a zeroed one */
+
+/* The text in the (index + 1)th quotation marks of such values; "" where there is none. */
+void pel_nrrd_quoted(const char *values, int index, char *text, size_t size);
 
 /* What the axes mean: the layout of the samples, and placement, space, units and name of the volume. */
 bool pel_nrrd_interpret(const struct pel_nrrd *head, struct pel_layout *layout, struct pel_volume *volume, struct pel_file_info *info,

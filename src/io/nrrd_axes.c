@@ -186,7 +186,8 @@ static void take_exact_placement(const struct pel_nrrd *head, const double sign[
 static void take_words(const struct pel_nrrd *head, const int axes[3], struct pel_volume *volume, struct pel_file_info *info)
 {
     const Nrrd *nrrd = head->nrrd;
-    const char *units = nrrd->spaceDim > 0 ? head->space_unit : nrrd->axis[axes[0]].units;
+    char units[64];
+    pel_nrrd_quoted(nrrd->spaceDim > 0 ? head->space_units : head->units, nrrd->spaceDim > 0 ? 0 : axes[0], units, sizeof units);
     pel_copy_text(volume->units, sizeof volume->units, units);
     pel_copy_text(volume->name, sizeof volume->name, nrrd->content);
     volume->has_void = head->has_void;

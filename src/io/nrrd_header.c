@@ -15,7 +15,7 @@ enum { MAX_HEADER = 1 << 24, MAX_FIELDS = 1 << 17, MAX_LINE = 1 << 16 };
 /* Fields that Teem is asked to parse, and those that nothing here depends on. Spaces are left out, as the format allows. */
 static const char *const teem_fields[] = {
     "type",           "dimension",  "sizes",       "spacings",        "axismins",         "axismaxs", "centers", "centerings",
-    "kinds",          "units",      "encoding",    "endian",          "lineskip",         "byteskip", "content", "space",
+    "kinds",          "encoding",    "endian",          "lineskip",         "byteskip", "content", "space",
     "spacedimension", "spaceorigin", "spacedirections", "measurementframe", NULL
 };
 static const char *const first_fields[] = { "dimension", "space", "spacedimension", NULL };
@@ -141,21 +141,26 @@ static bool add_line(const struct lines *in, char *text, size_t *used, struct pe
     return true;
 }
 
-/* The first of the space units, a text in quotation marks. Teem forgets memory where there are more than axes of the space. */
-static void take_space_unit(struct pel_nrrd *head, const char *values)
+void pel_nrrd_quoted(const char *values, int index, char *text, size_t size)
 {
-    const char *open = strchr(values, '"');
-    size_t length = open ? strcspn(open + 1, "\"") : 0;
-    if (open && open[1 + length] == '"' && length < sizeof head->space_unit) {
-        memcpy(head->space_unit, open + 1, length);
-        head->space_unit[length] = 0;
+    text[0] = 0;
+    for (const char *open = strchr(values, '"'); open; open = strchr(open, '"'), index--) {
+        size_t length = strcspn(open + 1, "\"");
+        if (!open[1 + length])
+            return; /* a mark too few */
+        if (index == 0 && length < size) {
+            memcpy(text, open + 1, length);
+            text[length] = 0;
+            return;
+        }
+        open += length + 2;
     }
 }
 
 static bool take_line(struct lines *in, struct pel_nrrd *head, struct pel_file_info *info, struct pel_error *error)
 {
     static const char *const data_file[] = { "datafile", NULL }, *const dimension[] = { "dimension", NULL };
-    static const char *const space_units[] = { "spaceunits", NULL };
+    static const char *const space_units[] = { "spaceunits", NULL }, *const units[] = { "units", NULL };
     const char *line = in->line, *colon = strstr(line, ": "), *pair = strstr(line, ":=");
     if (line[0] == '#')
         return true;
@@ -182,8 +187,10 @@ static bool take_line(struct lines *in, struct pel_nrrd *head, struct pel_file_i
             return add_line(in, in->text, &in->used, error);
         return true;
     }
-    if (colon && listed(line, name, space_units)) {
-        take_space_unit(head, colon + 2);
+    /* Texts in quotation marks are not for Teem, which leaks on some that do not end. */
+    if (colon && (listed(line, name, space_units) || listed(line, name, units))) {
+        char *to = listed(line, name, units) ? head->units : head->space_units;
+        snprintf(to, sizeof head->units, "%s", colon + 2);
         return true;
     }
     if (colon && listed(line, name, other_fields))
