@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /* libFuzzer target for every volume reader; built once a format with PEL_FUZZ_FORMAT naming its descriptor. The input is a file in memory,
- * so detached data that it names are looked for in /proc/self/fd, where there are none but the input itself. */
+ * so detached data that it names are looked for in /proc/self/fd, where there are none but the input itself. Where PEL_FUZZ_LAYOUT is defined
+ * the first line of the input is the layout of raw samples, which --raw says, and the file is what follows. */
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -11,9 +12,10 @@
 
 int LLVMFuzzerTestOneInput(const uint8_t *bytes, size_t size);
 
-static void read_it(const char *path)
+static void read_it(const char *path, const char *layout)
 {
     struct pel_read_params params = PEL_READ_PARAMS_INIT;
+    params.raw = layout;
     struct pel_error error = PEL_ERROR_INIT;
     struct pel_volume volume;
     static struct pel_file_info info;
@@ -33,7 +35,17 @@ static void read_it(const char *path)
 
 int LLVMFuzzerTestOneInput(const uint8_t *bytes, size_t size)
 {
-    char path[64];
+    char path[64], layout[128] = "";
+#ifdef PEL_FUZZ_LAYOUT
+    const uint8_t *end = memchr(bytes, '\n', size);
+    size_t length = end ? (size_t)(end - bytes) : size;
+    if (length >= sizeof layout || memchr(bytes, 0, length))
+        return 0;
+    memcpy(layout, bytes, length);
+    layout[length] = 0;
+    bytes += end ? length + 1 : length;
+    size -= end ? length + 1 : length;
+#endif
     int fd = memfd_create("input", 0);
     if (fd < 0)
         return 0;
@@ -44,7 +56,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *bytes, size_t size)
         done += (size_t)n;
     }
     snprintf(path, sizeof path, "/proc/self/fd/%d", fd);
-    read_it(path);
+    read_it(path, layout[0] ? layout : NULL);
     close(fd);
     return 0;
 }
