@@ -35,8 +35,9 @@ static void read_it(const char *path, const char *layout)
 
 int LLVMFuzzerTestOneInput(const uint8_t *bytes, size_t size)
 {
-    char path[64], layout[128] = "";
+    char path[64];
 #ifdef PEL_FUZZ_LAYOUT
+    char layout[128];
     const uint8_t *end = memchr(bytes, '\n', size);
     size_t length = end ? (size_t)(end - bytes) : size;
     if (length >= sizeof layout || memchr(bytes, 0, length))
@@ -56,7 +57,11 @@ int LLVMFuzzerTestOneInput(const uint8_t *bytes, size_t size)
         done += (size_t)n;
     }
     snprintf(path, sizeof path, "/proc/self/fd/%d", fd);
-    read_it(path, layout[0] ? layout : NULL);
+#ifdef PEL_FUZZ_LAYOUT
+    read_it(path, layout);
+#else
+    read_it(path, NULL);
+#endif
     close(fd);
     return 0;
 }
