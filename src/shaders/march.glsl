@@ -2,7 +2,7 @@
 // The ray marcher: one invocation a pixel. What is done at a sample is a filling, a file that gives
 //   void march_begin(Ray r);                           before the first sample
 //   int march_probe(Ray r, int k, float at, vec3 p);   looks at sample k, `at` steps from the entry, at index position p: GO_ON, TAKE or END
-//   bool march_take(Ray r, int k, float at, vec3 p);   what is done where the probe said TAKE; false ends the ray
+//   bool march_take(Ray r, int k, float at, vec3 p);   what is done where the probe said TAKE; false ends the ray (only where a probe says so: #define TAKES)
 //   void march_end(Ray r);                             sets `result` and `result_depth`
 // and says with #define ENDS that samples lie at the segments' ends (k steps from the entry; march_gap() tells it that samples were left out), and with #define MAPLESS that no cell may be
 // passed over. Each ray looks for its next visible sample, then neighbouring rays take theirs together: few lanes idle in the costly part, and a software rasteriser, which runs both sides
@@ -105,7 +105,11 @@ void main()
                     break;
                 k++;
             }
-            if (what == END || (what == TAKE && !march_take(r, k, at, p)))
+#if defined(TAKES) && !defined(CHEAP)
+            if (what == TAKE && !march_take(r, k, at, p))
+                what = END;
+#endif
+            if (what == END)
                 break;
             k += what;
         }

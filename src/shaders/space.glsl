@@ -41,7 +41,7 @@ bool ray_of(ivec2 pixel, out Ray r)
     for (int i = 0; i < job.picture.z; i++) {
         float value = dot(job.planes[i].xyz, p) + job.planes[i].w, slope = dot(job.planes[i].xyz, d);
         if (abs(slope) < 1e-7) {
-            if (value < -1e-5)
+            if (value < -1e-5 * job.ray.z) // world lengths
                 return false;
         } else if (slope > 0) {
             lo = max(lo, -value / slope);

@@ -18,6 +18,14 @@ int entry_of(float raw)
     return int(clamp(raw * job.table.x + job.table.y, 0.0, job.table.z)); // NaN: 0, or any entry; the caller has looked
 }
 
+// For the modes that show one value a pixel.
+void show_value(float raw, float at)
+{
+    vec4 point = entry(entry_of(raw), POINT);
+    result = vec4(point.rgb * point.a, point.a);
+    result_depth = at;
+}
+
 // Opacity of `length` steps from that of one.
 float alpha_of_length(float alpha, float length)
 {

@@ -23,17 +23,10 @@ int march_probe(const Ray r, int k, float at, vec3 p)
     return GO_ON;
 }
 
-bool march_take(const Ray r, int k, float at, vec3 p)
-{
-    return true;
-}
-
 void march_end(const Ray r)
 {
-    if (weight <= 0.0)
-        return;
-    vec4 point = entry(entry_of(total / weight), POINT);
-    result = vec4(point.rgb * point.a, point.a);
+    if (weight > 0.0)
+        show_value(total / weight, -1.0);
 }
 
 #include "march.glsl"

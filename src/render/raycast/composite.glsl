@@ -5,25 +5,17 @@
 #include "sampling.glsl"
 #include "transfer.glsl"
 #include "shading.glsl"
+#include "gather.glsl"
 
+#define TAKES
 #ifndef SHADE
 #define CHEAP
 #endif
-vec4 sum, color; // gathered; the sample's
-float seen_at;
+vec4 color; // of the sample
 
 void march_begin(const Ray r)
 {
-    sum = vec4(0.0);
-    seen_at = -1.0;
-}
-
-// Puts (premultiplied) colour behind what is there.
-void put_behind(vec4 more, float at)
-{
-    sum += (1.0 - sum.a) * more;
-    if (seen_at < 0.0 && sum.a >= 0.5)
-        seen_at = at;
+    gather_begin();
 }
 
 #ifdef PRE
@@ -89,12 +81,6 @@ bool march_take(const Ray r, int k, float at, vec3 p)
 #endif
     put_behind(color, at);
     return sum.a < job.gradient.z;
-}
-
-void march_end(const Ray r)
-{
-    result = sum;
-    result_depth = seen_at;
 }
 
 #include "march.glsl"

@@ -33,18 +33,10 @@ int march_probe(const Ray r, int k, float at, vec3 p)
     return best < (sign_of > 0.0 ? job.range.y : -job.range.x) ? GO_ON : END;
 }
 
-bool march_take(const Ray r, int k, float at, vec3 p)
-{
-    return true;
-}
-
 void march_end(const Ray r)
 {
-    if (best_at < 0.0)
-        return;
-    vec4 point = entry(entry_of(sign_of * best), POINT);
-    result = vec4(point.rgb * point.a, point.a);
-    result_depth = best_at;
+    if (best_at >= 0.0)
+        show_value(sign_of * best, best_at);
 }
 
 #include "march.glsl"

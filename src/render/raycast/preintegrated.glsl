@@ -5,25 +5,19 @@
 #include "sampling.glsl"
 #include "transfer.glsl"
 #include "shading.glsl"
+#include "gather.glsl"
+#include "segments.glsl"
 
-#define ENDS
+#define TAKES
 #ifndef SHADE
 #define CHEAP
 #endif
-vec4 sum, color; // gathered; the segment's
-float seen_at, front, length_of;
-bool have_front;
+vec4 color; // of the segment
 
 void march_begin(const Ray r)
 {
-    sum = vec4(0.0);
-    seen_at = -1.0;
-    have_front = false;
-}
-
-void march_gap()
-{
-    have_front = false;
+    gather_begin();
+    march_gap();
 }
 
 struct Integral {
@@ -60,32 +54,19 @@ vec4 pre_integrate(float a, float b, float length)
 
 int march_probe(const Ray r, int k, float at, vec3 p)
 {
-    if (!have_front)
-        front = linear(p);
-    length_of = k == r.n - 1 ? r.fraction : 1.0;
-    float back = linear(r.o + (at + length_of) * r.d);
-    color = isnan(front) || isnan(back) ? vec4(0.0) : pre_integrate(front, back, length_of);
-    front = back;
-    have_front = true;
+    vec2 ends = segment_ends(r, k, p);
+    color = isnan(ends.x) || isnan(ends.y) ? vec4(0.0) : pre_integrate(ends.x, ends.y, segment_length(r, k));
     return color.a > 0.0 ? TAKE : GO_ON;
 }
 
 bool march_take(const Ray r, int k, float at, vec3 p)
 {
-    float middle = at + 0.5 * length_of;
+    float middle = at + 0.5 * segment_length(r, k);
 #ifdef SHADE
     color.rgb = shade(r, gradient(r.o + middle * r.d), color.a, color.rgb);
 #endif
-    sum += (1.0 - sum.a) * color;
-    if (seen_at < 0.0 && sum.a >= 0.5)
-        seen_at = middle;
+    put_behind(color, middle);
     return sum.a < job.gradient.z;
-}
-
-void march_end(const Ray r)
-{
-    result = sum;
-    result_depth = seen_at;
 }
 
 #include "march.glsl"

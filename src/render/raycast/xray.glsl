@@ -20,11 +20,6 @@ int march_probe(const Ray r, int k, float at, vec3 p)
     return GO_ON;
 }
 
-bool march_take(const Ray r, int k, float at, vec3 p)
-{
-    return true;
-}
-
 void march_end(const Ray r)
 {
     float alpha = 1.0 - exp(-total);
