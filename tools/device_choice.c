@@ -21,17 +21,9 @@ static bool gpu_file_exists(void)
     return found;
 }
 
-/* Does the volume fit, with room for what hangs on it? A device that tells no memory is believed. */
-static bool volume_fits(const struct pel_volume *volume, const struct pel_device_info *device)
-{
-    for (int a = 0; a < 3; a++)
-        if (volume->dims[a] > (size_t)device->max_texture_3d)
-            return false;
-    return !device->memory_bytes || pel_volume_bytes(volume) < device->memory_bytes / 4 * 3;
-}
-
 /* Hardware, or software where there is no CPU engine to take its place. */
-static void choose_automatically(struct loaded_scene *loaded, const struct pel_technique_info *technique)
+static void choose_automatically(struct loaded_scene *loaded, const struct pel_technique_info *technique,
+                                 const struct pel_device_params *params)
 {
     bool on_cpu = technique->engines & PEL_ENGINE_CPU;
     struct pel_error why = PEL_ERROR_INIT;
@@ -39,15 +31,13 @@ static void choose_automatically(struct loaded_scene *loaded, const struct pel_t
         snprintf(loaded->device_note, sizeof loaded->device_note, "no GPU");
         return;
     }
-    loaded->device = pel_device_create(-1, NULL, &why);
+    loaded->device = pel_device_create(-1, params, &why);
     if (!loaded->device) {
         snprintf(loaded->device_note, sizeof loaded->device_note, "%.200s", why.message);
         return;
     }
-    const struct pel_device_info *info = pel_device_describe(loaded->device);
-    bool fits = volume_fits(&loaded->volume, info);
-    if (on_cpu && (info->software || !fits)) {
-        snprintf(loaded->device_note, sizeof loaded->device_note, fits ? "the only GPU is software" : "the volume is too large for the GPU");
+    if (on_cpu && pel_device_describe(loaded->device)->software) {
+        snprintf(loaded->device_note, sizeof loaded->device_note, "the only GPU is software");
         pel_device_destroy(loaded->device);
         loaded->device = NULL;
     }
@@ -79,13 +69,15 @@ bool scene_check_device(const struct loaded_scene *loaded, const struct scene_ar
 bool scene_open_device(struct loaded_scene *loaded, const struct scene_arguments *values, struct pel_error *error)
 {
     const struct pel_technique_info *technique = pel_technique_find(loaded->technique);
+    struct pel_device_params params = PEL_DEVICE_PARAMS_INIT;
+    params.memory_limit = (uint64_t)(values->gpu_memory * 1e6);
     if (strcmp(values->device, "cpu") == 0)
         return true;
     if (strcmp(values->device, "auto") == 0) {
         if (technique->engines & PEL_ENGINE_GPU)
-            choose_automatically(loaded, technique);
+            choose_automatically(loaded, technique, &params);
         return true;
     }
-    loaded->device = pel_device_create(device_number(values->device), NULL, error);
+    loaded->device = pel_device_create(device_number(values->device), &params, error);
     return loaded->device || tool_fail_in(error, "--device");
 }

@@ -97,13 +97,16 @@ const struct pel_option engine_rows[] = {
       "raycast", NULL, NULL },
     { "device", "Device", "What draws: auto (a hardware GPU if there is one, else the CPU), cpu, gpu, gpu:N; `pellucid devices` lists them",
       PEL_OPTION_TEXT, FIELD(device), NO_LIMITS, "auto", NULL, NULL },
+    { "gpu-memory", "GPU memory", "Of the GPU, for the volume; a larger one is drawn in bricks that come and go. 0 is what is free",
+      PEL_OPTION_DOUBLE, FIELD(gpu_memory), 0, 1e9, "0", NULL, "MB" },
     { "threads", "Threads", "Threads of the CPU engine; 0 is as many as the machine has", PEL_OPTION_INT, FIELD(threads), 0, 1024, "0",
       NULL, NULL },
     { "quiet", "Quiet", "No notes and no progress bar", PEL_OPTION_BOOL, FIELD(quiet), NO_LIMITS, "false", NULL, NULL },
     { NULL },
 };
 const struct option_extra engine_extras[] = {
-    { "quiet", 'q', NULL, NULL, false }, { "technique", 0, "NAME", NULL, false }, { "device", 0, "DEVICE", NULL, false }, { NULL }
+    { "quiet", 'q', NULL, NULL, false }, { "technique", 0, "NAME", NULL, false }, { "device", 0, "DEVICE", NULL, false },
+    { "gpu-memory", 0, "MB", NULL, false }, { NULL }
 };
 
 /* Appends numbers separated by commas. */

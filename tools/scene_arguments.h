@@ -40,6 +40,7 @@ struct scene_arguments {
     int size[2];
     char technique[PEL_OPTION_TEXT_SIZE];
     char device[PEL_OPTION_TEXT_SIZE]; /* "auto", "cpu", "gpu", "gpu:1" */
+    double gpu_memory; /* MB */
     int threads;
     bool quiet;
 };

@@ -51,8 +51,11 @@ struct pel_device_params {
     void (*log)(void *user, const char *message);
     void *log_user;
     bool debug; /* a debug context: the driver checks more, says more, in order, and is slower */
+    /* Bytes of the device's memory to use at most for volumes, which are then drawn in bricks that come and go; 0: what the driver says is
+     * free. Others may work on the same GPU. */
+    uint64_t memory_limit;
 };
-#define PEL_DEVICE_PARAMS_INIT { NULL, NULL, false }
+#define PEL_DEVICE_PARAMS_INIT { NULL, NULL, false, 0 }
 
 /* Lists the devices in EGL's order: the first `room` of them into infos (nullable where room is 0), usable or not. Returns how many there
  * are, which may be more than room. 0: there is none, and `error` says why; there is no other failure. Each device is opened to be

@@ -262,6 +262,28 @@ bool pel_classify(struct pel_classification_state *state, const struct pel_scene
     return true;
 }
 
+bool pel_classify_may_be_seen(struct pel_classification_state *state, const struct pel_scene *scene, const struct pel_minmax *minmax,
+                              struct pel_raw_scale raw, const struct pel_job *job, const int first[3], const int count[3])
+{
+    const struct pel_minmax_level *cells = &minmax->cells, *blocks = &minmax->blocks;
+    const double *range = scene->volume->range;
+    struct marking m = { state, minmax, job, raw, nextafterf((float)range[0], -INFINITY), nextafterf((float)range[1], INFINITY), NULL };
+    if (!pel_mode_has_map(job->mode))
+        return true;
+    for (size_t z = (size_t)first[2]; z < (size_t)(first[2] + count[2]); z++)
+        for (size_t y = (size_t)first[1]; y < (size_t)(first[1] + count[1]); y++) {
+            size_t row = (z * cells->dims[1] + y) * cells->dims[0], block_row = ((z / 4) * blocks->dims[1] + y / 4) * blocks->dims[0];
+            bool any = false;
+            for (size_t x = (size_t)first[0]; x < (size_t)(first[0] + count[0]); x++) {
+                if (x % 4 == 0 || x == (size_t)first[0])
+                    any = may_be_seen(&m, blocks->least[block_row + x / 4], blocks->most[block_row + x / 4]);
+                if (any && may_be_seen(&m, cells->least[row + x], cells->most[row + x]))
+                    return true;
+            }
+        }
+    return false;
+}
+
 struct mapping {
     struct pel_classification_state *state;
     unsigned octant[8];

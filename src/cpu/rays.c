@@ -175,6 +175,43 @@ unsigned pel_rays_octants(const struct pel_job *job)
     return set;
 }
 
+/* Every ray of a perspective camera goes through the eye, p0 - s_base d0: a corner q is met by pixel (x, y) where q - eye is a multiple of
+ * d0 + x dx + y dy; in parallel, where q - p0 is x px + y py and a multiple of d0. */
+bool pel_rays_rectangle(const struct pel_job *job, bool parallel, const double lo[3], const double hi[3], int rectangle[4])
+{
+    double columns[3][3], inverse[3][3], from[3], least[2] = { INFINITY, INFINITY }, most[2] = { -INFINITY, -INFINITY };
+    int behind = 0;
+    for (int i = 0; i < 3; i++) {
+        columns[i][0] = parallel ? job->px[i] : job->dx[i];
+        columns[i][1] = parallel ? job->py[i] : job->dy[i];
+        columns[i][2] = job->d0[i];
+        from[i] = job->p0[i] - (parallel ? 0 : job->s_base * job->d0[i]);
+    }
+    bool unknown = pel_invert3((const double(*)[3])columns, inverse) == 0;
+    for (int corner = 0; corner < 8 && !unknown; corner++) {
+        double q[3], at[3];
+        for (int a = 0; a < 3; a++)
+            q[a] = (corner >> a & 1 ? hi[a] : lo[a]) - from[a];
+        times((const double(*)[3])inverse, q, at);
+        if (!parallel && at[2] <= 0) {
+            behind++;
+            continue;
+        }
+        for (int i = 0; i < 2; i++) {
+            double pixel = parallel ? at[i] : at[i] / at[2];
+            least[i] = fmin(least[i], pixel);
+            most[i] = fmax(most[i], pixel);
+        }
+    }
+    const int size[2] = { job->width, job->height };
+    for (int i = 0; i < 2; i++) {
+        bool whole = unknown || (behind > 0 && behind < 8);
+        rectangle[i] = whole ? 0 : (int)fmin(fmax(floor(least[i] - 0.01), 0), size[i]);
+        rectangle[2 + i] = whole ? size[i] : (int)fmin(fmax(ceil(most[i] + 0.01) + 1, 0), size[i]);
+    }
+    return behind < 8 && rectangle[0] < rectangle[2] && rectangle[1] < rectangle[3];
+}
+
 void pel_rays_setup(struct pel_job *job, const struct pel_scene *scene, int width, int height)
 {
     const struct pel_volume *v = scene->volume;

@@ -11,4 +11,7 @@ void pel_rays_setup(struct pel_job *job, const struct pel_scene *scene, int widt
 /* Octants of directions (distance_map.h) into which the job's rays go, a bit for each. */
 unsigned pel_rays_octants(const struct pel_job *job);
 
+/* The pixels whose rays can meet the box of index positions: [x0, x1) x [y0, y1) within the picture. False where there are none. */
+bool pel_rays_rectangle(const struct pel_job *job, bool parallel, const double lo[3], const double hi[3], int rectangle[4]);
+
 #endif

@@ -15,6 +15,21 @@
 GLuint pel_program_create(struct pel_device *device, const char *file, const char *defines, struct pel_error *error);
 void pel_program_destroy(struct pel_device *device, GLuint program);
 
+/* The programs that a renderer has asked for, made once each. */
+enum { PEL_MAX_PROGRAMS = 64 };
+struct pel_programs {
+    struct pel_named_program {
+        char *key;
+        GLuint name;
+    } list[PEL_MAX_PROGRAMS];
+    int count;
+};
+
+/* The program of pel_program_create, made at its first use; the oldest is forgotten where there are too many. 0 on failure. */
+GLuint pel_programs_find(struct pel_device *device, struct pel_programs *programs, const char *file, const char *defines,
+                         struct pel_error *error);
+void pel_programs_finish(struct pel_device *device, struct pel_programs *programs); /* accepts a zeroed one */
+
 struct pel_texture {
     GLuint name;
     GLenum format; /* sized internal format */

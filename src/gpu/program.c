@@ -8,6 +8,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include "alloc.h"
 #include "fail.h"
 #include "objects.h"
 #include "shader_source.h"
@@ -181,4 +182,42 @@ void pel_program_destroy(struct pel_device *device, GLuint program)
         return;
     glDeleteProgram(program);
     device->objects--;
+}
+
+static void forget(struct pel_device *device, struct pel_named_program *program)
+{
+    pel_program_destroy(device, program->name);
+    free(program->key);
+}
+
+GLuint pel_programs_find(struct pel_device *device, struct pel_programs *programs, const char *file, const char *defines,
+                         struct pel_error *error)
+{
+    char key[1024];
+    if (snprintf(key, sizeof key, "%s\n%s", file, defines) >= (int)sizeof key) {
+        pel_fail(error, PEL_ERROR_ARGUMENT, "%s: too many defines", file);
+        return 0;
+    }
+    for (int i = 0; i < programs->count; i++)
+        if (strcmp(programs->list[i].key, key) == 0)
+            return programs->list[i].name;
+    struct pel_named_program made = { pel_alloc(strlen(key) + 1, 1, "a program's name", error), 0 };
+    if (!made.key || !(made.name = pel_program_create(device, file, defines, error))) {
+        free(made.key);
+        return 0;
+    }
+    strcpy(made.key, key);
+    if (programs->count == PEL_MAX_PROGRAMS) {
+        forget(device, &programs->list[0]);
+        memmove(programs->list, programs->list + 1, sizeof *programs->list * (size_t)--programs->count);
+    }
+    programs->list[programs->count++] = made;
+    return made.name;
+}
+
+void pel_programs_finish(struct pel_device *device, struct pel_programs *programs)
+{
+    for (int i = 0; i < programs->count; i++)
+        forget(device, &programs->list[i]);
+    programs->count = 0;
 }

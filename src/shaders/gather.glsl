@@ -22,3 +22,17 @@ void march_end(const Ray r)
     result = sum;
     result_depth = seen_at;
 }
+
+// at: 0 where half the opacity is not gathered yet, else seen_at + 1.
+bool march_load(const Ray r, vec4 kept, float at)
+{
+    sum = kept;
+    seen_at = at - 1.0;
+    return sum.a < job.gradient.z;
+}
+
+vec4 march_save(out float at)
+{
+    at = max(seen_at + 1.0, 0.0);
+    return sum;
+}

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What a frame is given: the mirror of struct job in raycast_gpu.c (std140, vec4s only). "Raw" values are the CPU engine's (src/cpu/kernel.h): affine in the data's.
+// What a frame is given: the mirror of struct job in gpu_job.c (std140, vec4s only). "Raw" values are the CPU engine's (src/cpu/kernel.h): affine in the data's.
 layout(std140, binding = 0) uniform JobBlock {
     // Rays in index space: the ray of pixel (x, y) is P + s D, P = p0 + x px + y py, D likewise; the world distance along it is (s + s_base) |Dw|.
     vec4 p0, px, py, d0, dx, dy, w0, wx, wy;
@@ -22,4 +22,9 @@ layout(std140, binding = 0) uniform JobBlock {
     vec4 slice_plane;
     vec4 iso[16];       // value, opacity
     vec4 iso_color[16];
+    // A part of the volume that is drawn by itself (BRICKS); the cells above are its own.
+    ivec4 brick, brick_size; // first voxel and voxels of its texture
+    ivec4 first_cell;
+    ivec4 tile;              // the first tile of 8x8 pixels; z: 1 after the last brick, when what was gathered becomes the picture
+    vec4 own_lo, own_hi;     // it takes the samples from own_lo up to, not including, own_hi (index positions)
 } job;

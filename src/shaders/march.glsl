@@ -4,13 +4,29 @@
 //   int march_probe(Ray r, int k, float at, vec3 p);   looks at sample k, `at` steps from the entry, at index position p: GO_ON, TAKE or END
 //   bool march_take(Ray r, int k, float at, vec3 p);   what is done where the probe said TAKE; false ends the ray (only where a probe says so: #define TAKES)
 //   void march_end(Ray r);                             sets `result` and `result_depth`
+//   bool march_load(Ray r, vec4 kept, float at);       BRICKS: takes up what march_save gave in the brick before; false where the ray has ended
+//   vec4 march_save(out float at);                     what it has gathered so far; at >= 0 where that is anything
 // and says with #define ENDS that samples lie at the segments' ends (k steps from the entry; march_gap() tells it that samples were left out), and with #define MAPLESS that no cell may be
 // passed over. Each ray looks for its next visible sample, then neighbouring rays take theirs together: few lanes idle in the costly part, and a software rasteriser, which runs both sides
-// of every branch, runs it only when it is due. Where taking is cheap (#define CHEAP) nobody waits.
+// of every branch, runs it only when it is due. Where taking is cheap (#define CHEAP) nobody waits. With #define PLACED there is nothing to march: march_place(Ray r) does it all.
+//
+// BRICKS: a volume in parts (bricks.h), from front to back a dispatch a part, and one that makes the picture of what they gathered. A sample has the same place along its ray in whichever
+// part, and belongs to one of them; a segment to that of its front.
 layout(local_size_x = 64) in; // 8x8 pixels
+#ifdef BRICKS
+layout(rgba32f, binding = 0) uniform image2D picture; // what fillings keep, in the end the picture
+layout(r32f, binding = 1) uniform image2D depth;
+#else
 layout(rgba32f, binding = 0) writeonly uniform image2D picture;
 layout(r32f, binding = 1) writeonly uniform image2D depth;
+#endif
 layout(std430, binding = 2) buffer Counters { uvec2 taken, in_box; }; // low and high words
+
+#ifdef BRICKS
+#define FIRST_CELL job.first_cell.xyz
+#else
+#define FIRST_CELL ivec3(0)
+#endif
 
 // Distances in cells to the nearest cell that may be seen, a map for each octant of directions above the other along z (distance.glsl).
 layout(binding = 1) uniform usampler3D distances;
@@ -21,6 +37,7 @@ vec3 to_display(vec3 c)
     return mix(1.055 * pow(max(c, vec3(0.0)), vec3(1.0 / 2.4)) - 0.055, 12.92 * c, lessThanEqual(c, vec3(0.0031308)));
 }
 
+#ifndef PLACED
 // Steps to where the ray leaves the cube of cells from `cell - reach` to `cell + reach`, `size` voxels each.
 float cube_exit(const Ray r, ivec3 cell, int reach, float size)
 {
@@ -38,8 +55,9 @@ int samples_before(float exit, float offset)
 // Looks at the cell of sample k: gives the next sample to go to, and in `look` the one at which to ask again, which is behind it where the cell may be seen.
 int pass_over(const Ray r, int k, vec3 p, inout int look)
 {
-    ivec3 cell = clamp(ivec3(p) >> 2, ivec3(0), job.cells.xyz - 1);
+    ivec3 cell = clamp((ivec3(p) >> 2) - FIRST_CELL, ivec3(0), job.cells.xyz - 1);
     int reach = int(texelFetch(distances, cell + ivec3(0, 0, r.octant * job.cells.z), 0).r);
+    cell += FIRST_CELL;
 #ifdef ENDS
     int to = max(samples_before(cube_exit(r, cell, max(reach - 1, 0), 4.0), 0.0), k);
     bool jump = reach > 0 && to > k; // the segment that ends beyond the exit must be looked at
@@ -64,63 +82,151 @@ vec3 place(const Ray r, int k, out float at)
     return r.o + at * r.d;
 }
 
+// Marches over the samples from k up to, not including, `end`; gives how many were looked at.
+uint march(const Ray r, int k, int end)
+{
+    uint samples = 0u;
+    int look = k;
+#ifdef MAPLESS
+    const bool maps = false;
+#else
+    bool maps = job.cells.w != 0;
+#endif
+    while (k < end) {
+        int what = GO_ON;
+        float at;
+        vec3 p;
+        while (k < end) {
+            p = place(r, k, at);
+#ifndef MAPLESS
+            if (maps && k >= look)
+                k = pass_over(r, k, p, look);
+            if (maps && k >= look)
+                continue;
+#endif
+            samples++;
+            what = march_probe(r, k, at, p);
+#ifdef CHEAP
+            if (what == TAKE)
+                what = march_take(r, k, at, p) ? GO_ON : END;
+#endif
+            if (what != GO_ON)
+                break;
+            k++;
+        }
+#if defined(TAKES) && !defined(CHEAP)
+        if (what == TAKE && !march_take(r, k, at, p))
+            what = END;
+#endif
+        if (what == END)
+            break;
+        k += what;
+    }
+    return samples;
+}
+
+#endif // PLACED
+
+// Adds to a counter of two words.
+#define COUNT(counter, more) \
+    if (atomicAdd(counter.x, more) > 0xffffffffu - (more)) \
+        atomicAdd(counter.y, 1u)
+
+void show(ivec2 pixel, const Ray r)
+{
+    if (job.counts.z != 0 && result.a > 0.0)
+        result.rgb = to_display(result.rgb / result.a) * result.a;
+    imageStore(picture, pixel, result);
+    imageStore(depth, pixel, vec4(result_depth >= 0.0 && result.a > 0.0 ? r.entry + result_depth * job.ray.z : uintBitsToFloat(0x7f800000u)));
+}
+
+#ifdef BRICKS
+// How many samples lie before `t` steps from the entry.
+int samples_until(const Ray r, float t)
+{
+#ifdef ENDS
+    return int(clamp(ceil(t), 0.0, float(r.n)));
+#else
+    int k = int(clamp(ceil(t - r.offset), 0.0, float(r.n - 1)));
+    return k == r.n - 1 && r.last < t ? r.n : k;
+#endif
+}
+
+// The samples that the brick takes: axis by axis, so that two bricks count the samples before the face between them alike.
+ivec2 samples_of(const Ray r)
+{
+    ivec2 range = ivec2(0, r.n);
+    vec3 a = (job.own_lo.xyz - r.o) * r.inverse, b = (job.own_hi.xyz - r.o) * r.inverse;
+    for (int i = 0; i < 3; i++)
+        range = ivec2(max(range.x, samples_until(r, min(a[i], b[i]))), min(range.y, samples_until(r, max(a[i], b[i]))));
+    return range;
+}
+
+void march_brick(ivec2 pixel, const Ray r)
+{
+    ivec2 range = samples_of(r);
+#ifndef PLACED
+    if (range.x >= range.y)
+        return;
+#endif
+    float at = imageLoad(depth, pixel).r;
+    if (at >= 0.0 && !march_load(r, imageLoad(picture, pixel), at))
+        return;
+#ifdef PLACED
+    march_place(r);
+#else
+    uint samples = march(r, range.x, range.y);
+    COUNT(taken, samples);
+#endif
+    imageStore(picture, pixel, march_save(at));
+    imageStore(depth, pixel, vec4(at));
+}
+
+void finish_bricks(ivec2 pixel, const Ray r)
+{
+    float at = imageLoad(depth, pixel).r;
+    if (at >= 0.0)
+        march_load(r, imageLoad(picture, pixel), at);
+    march_end(r);
+    COUNT(in_box, uint(r.n));
+}
+#endif
+
 void main()
 {
     // Neighbouring lanes in blocks of 4x2 and 8x4 pixels: their rays go alike.
     int lane = int(gl_LocalInvocationIndex);
     ivec2 pixel = ivec2(gl_WorkGroupID.xy) * 8 + ivec2((lane & 3) | (lane >> 1 & 4), (lane >> 2 & 1) | (lane >> 3 & 6));
+#ifdef BRICKS
+    pixel += job.tile.xy * 8;
+#endif
     if (any(greaterThanEqual(pixel, job.picture.xy)))
         return;
     result = vec4(0.0);
     result_depth = -1.0;
     Ray r;
-    if (ray_of(pixel, r)) {
-        uint samples = 0u;
-        int k = 0, look = 0;
-#ifdef MAPLESS
-        const bool maps = false;
-#else
-        bool maps = job.cells.w != 0;
-#endif
+    bool met = ray_of(pixel, r);
+    if (met)
         march_begin(r);
-        while (k < r.n) {
-            int what = GO_ON;
-            float at;
-            vec3 p;
-            while (k < r.n) {
-                p = place(r, k, at);
-#ifndef MAPLESS
-                if (maps && k >= look)
-                    k = pass_over(r, k, p, look);
-                if (maps && k >= look)
-                    continue;
-#endif
-                samples++;
-                what = march_probe(r, k, at, p);
-#ifdef CHEAP
-                if (what == TAKE)
-                    what = march_take(r, k, at, p) ? GO_ON : END;
-#endif
-                if (what != GO_ON)
-                    break;
-                k++;
-            }
-#if defined(TAKES) && !defined(CHEAP)
-            if (what == TAKE && !march_take(r, k, at, p))
-                what = END;
-#endif
-            if (what == END)
-                break;
-            k += what;
-        }
-        march_end(r);
-        if (atomicAdd(taken.x, samples) > 0xffffffffu - samples)
-            atomicAdd(taken.y, 1u);
-        if (atomicAdd(in_box.x, uint(r.n)) > 0xffffffffu - uint(r.n))
-            atomicAdd(in_box.y, 1u);
+#ifdef BRICKS
+    if (job.tile.z == 0) {
+        if (met)
+            march_brick(pixel, r);
+        return;
     }
-    if (job.counts.z != 0 && result.a > 0.0)
-        result.rgb = to_display(result.rgb / result.a) * result.a;
-    imageStore(picture, pixel, result);
-    imageStore(depth, pixel, vec4(result_depth >= 0.0 && result.a > 0.0 ? r.entry + result_depth * job.ray.z : uintBitsToFloat(0x7f800000u)));
+    if (met)
+        finish_bricks(pixel, r);
+#else
+    if (met) {
+#ifdef PLACED
+        march_place(r);
+#else
+        uint samples = march(r, 0, r.n);
+        COUNT(taken, samples);
+#endif
+        march_end(r);
+        COUNT(in_box, uint(r.n));
+    }
+#endif
+    show(pixel, r);
 }

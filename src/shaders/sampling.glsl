@@ -7,6 +7,14 @@ float nan()
     return uintBitsToFloat(0x7fc00000u);
 }
 
+#ifdef BRICKS
+#define FIRST_VOXEL job.brick.xyz
+#define TEXTURE_SIZE job.brick_size.xyz
+#else
+#define FIRST_VOXEL ivec3(0)
+#define TEXTURE_SIZE job.dims.xyz
+#endif
+
 float texel_to_raw(float texel)
 {
     return texel * job.raw.x + job.raw.y;
@@ -15,7 +23,7 @@ float texel_to_raw(float texel)
 // One voxel, the last one again beyond the ends.
 float voxel(ivec3 at)
 {
-    float raw = texel_to_raw(texelFetch(volume, clamp(at, ivec3(0), job.dims.xyz - 1), 0).r);
+    float raw = texel_to_raw(texelFetch(volume, clamp(at, ivec3(0), job.dims.xyz - 1) - FIRST_VOXEL, 0).r);
 #ifdef VOIDS
     if (!(abs(raw) <= 3.4e38) || (job.raw.w != 0.0 && raw == job.raw.z))
         return nan();
@@ -34,7 +42,7 @@ float linear(vec3 p)
     vec2 row = v.xy + f.y * (v.zw - v.xy);
     return row.x + f.x * (row.y - row.x);
 #else
-    return texel_to_raw(textureLod(volume, (p + 0.5) / vec3(job.dims.xyz), 0.0).r);
+    return texel_to_raw(textureLod(volume, (p - vec3(FIRST_VOXEL) + 0.5) / vec3(TEXTURE_SIZE), 0.0).r);
 #endif
 }
 

@@ -47,7 +47,7 @@ with tempfile.TemporaryDirectory(dir=scratch) as folder:
     check("// another" in text("slice.glsl", "", folder).stdout, "a folder overrides")
 
 glslang = shutil.which("glslangValidator")
-common = ["", "VOIDS", "NEAREST", "SHADE", "HEADLIGHTS SHADE", "NEAREST SHADE", "VOIDS SHADE HEADLIGHTS"]
+common = ["", "BRICKS", "BRICKS VOIDS SHADE", "VOIDS", "NEAREST", "SHADE", "HEADLIGHTS SHADE", "NEAREST SHADE", "VOIDS SHADE HEADLIGHTS"]
 own = {"composite.glsl": ["PRE", "PRE SHADE HEADLIGHTS VOIDS"], "extreme.glsl": ["MINIMUM", "MINIMUM VOIDS"],
        "classify.glsl": ["MODE=%d MODE_MIP=1 MODE_MINIP=2 MODE_ISOSURFACE=5" % mode for mode in (0, 1, 2, 5)]}
 for name, defines in itertools.chain(((n, d) for n in roots for d in common if n != "classify.glsl"), ((n, d) for n, ds in own.items() for d in ds)):

@@ -1,95 +1,9 @@
 /* SPDX-License-Identifier: MIT */
 /* The ray caster on the GPU engine against the CPU engine and the reference, in all its ways; and that it leaves nothing behind. Skipped,
  * loudly, where no device is usable. */
-#include "../image/pictures.h"
+#include "on_device.h"
 
 #include <unistd.h>
-
-#define WIDTH 61
-#define HEIGHT 47
-
-static struct pel_device *device;
-
-static int open_device(void **state)
-{
-    (void)state;
-    struct pel_error error = PEL_ERROR_INIT;
-    device = pel_device_create(-1, NULL, &error);
-    if (device)
-        print_message("on %s\n", pel_device_describe(device)->name);
-    else
-        print_message("SKIPPED: %s\n", error.message);
-    return 0;
-}
-
-static int close_device(void **state)
-{
-    (void)state;
-    pel_device_destroy(device);
-    return 0;
-}
-
-static void need_device(void)
-{
-    if (!device)
-        skip();
-}
-
-static struct pel_renderer *gpu_renderer(void)
-{
-    struct pel_error error = PEL_ERROR_INIT;
-    struct pel_renderer_params params = PEL_RENDERER_PARAMS_INIT;
-    params.device = device;
-    struct pel_renderer *renderer = pel_renderer_create(&params, &error);
-    if (!renderer)
-        fail_msg("%s", error.message);
-    return renderer;
-}
-
-static void draw_gpu(struct pel_renderer *renderer, const struct pel_scene *scene, int width, int height, struct pel_image *image)
-{
-    struct pel_error error = PEL_ERROR_INIT;
-    pel_image_init(image);
-    if (!pel_image_allocate(image, width, height, true, &error) || !pel_renderer_draw(renderer, scene, "raycast", image, &error))
-        fail_msg("%s", error.message);
-    assert_string_equal(pel_renderer_stats(renderer)->device, pel_device_describe(device)->name);
-}
-
-/* PSNR of at least 45 dB against the CPU engine at the same step. */
-static void check_against_cpu(struct pel_renderer *renderer, const struct pel_scene *scene, const char *what)
-{
-    struct pel_image cpu, gpu;
-    draw(scene, "raycast", WIDTH, HEIGHT, &cpu);
-    draw_gpu(renderer, scene, WIDTH, HEIGHT, &gpu);
-    check_at_least(psnr(&cpu, &gpu), 45, "%s: PSNR of the GPU against the CPU, dB", what);
-    pel_image_finish(&cpu);
-    pel_image_finish(&gpu);
-}
-
-static double blob(const double index[3])
-{
-    double x = index[0] - 14, y = index[1] - 12, z = index[2] - 13, r = sqrt(x * x + y * y + z * z);
-    return fmax(0, 110 - 12 * r) + 4 + 4 * sin(0.6 * x + 0.4 * y);
-}
-
-static double holed(const double index[3])
-{
-    return (int)index[0] % 9 == 4 && (int)index[1] % 7 == 3 ? NAN : blob(index);
-}
-
-static void make_typed(struct pel_volume *volume, struct pel_scene *scene, enum pel_type type, formula *f)
-{
-    make_volume(volume, 29, 25, 27, type, f); /* sides of 4 n + 1 and of others: cells at the end */
-    memcpy(volume->spacing, (double[3]){ 1, 1.2, 0.9 }, sizeof volume->spacing);
-    memcpy(volume->direction[1], (double[3]){ 0.28, 0.96, 0 }, sizeof volume->direction[1]);
-    make_scene(scene, volume, "12:0,30:0.1,60:0.05,100:0.6");
-    assert_true(pel_transfer_set_colormap(&scene->transfer, "viridis", 0, 110, NULL));
-    scene->isosurfaces[0] = (struct pel_isosurface){ 40.3, { 1, 0.9, 0.8 }, 0.4 };
-    scene->isosurfaces[1] = (struct pel_isosurface){ 71.7, { 0.4, 0.6, 1 }, 1 };
-    scene->isosurface_count = 2;
-    pel_volume_index_to_world(volume, (const double[3]){ 14, 12, 13 }, scene->slice.origin);
-    memcpy(scene->slice.normal, (double[3]){ 1, -2, 0.5 }, sizeof scene->slice.normal);
-}
 
 /* Every mode, classification, shading, reconstruction and projection. */
 static void check_ways(struct pel_renderer *renderer, struct pel_scene *scene, const char *name)
@@ -306,35 +220,11 @@ static void test_nothing_stays(void **state)
     pel_volume_finish(&volume);
 }
 
-/* A volume that is longer than the device's textures is refused by its sizes. */
-static void test_too_long(void **state)
-{
-    (void)state;
-    need_device();
-    struct pel_volume volume;
-    struct pel_scene scene;
-    struct pel_image image;
-    struct pel_error error = PEL_ERROR_INIT;
-    size_t most = (size_t)pel_device_describe(device)->max_texture_3d;
-    struct pel_renderer *renderer = gpu_renderer();
-    make_volume(&volume, most + 1, 2, 2, PEL_U8, constant_one);
-    make_scene(&scene, &volume, "0.5");
-    pel_image_init(&image);
-    assert_true(pel_image_allocate(&image, 8, 8, false, NULL));
-    assert_false(pel_renderer_draw(renderer, &scene, "raycast", &image, &error));
-    assert_int_equal(error.code, PEL_ERROR_UNSUPPORTED);
-    assert_non_null(strstr(error.message, "textures"));
-    pel_image_finish(&image);
-    pel_renderer_destroy(renderer);
-    pel_scene_finish(&scene);
-    pel_volume_finish(&volume);
-}
-
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_ways),      cmocka_unit_test(test_types_and_settings), cmocka_unit_test(test_skipping),
-        cmocka_unit_test(test_grids_of_its_own), cmocka_unit_test(test_reference), cmocka_unit_test(test_nothing_stays),      cmocka_unit_test(test_too_long),
+        cmocka_unit_test(test_grids_of_its_own), cmocka_unit_test(test_reference), cmocka_unit_test(test_nothing_stays),
     };
     return cmocka_run_group_tests(tests, open_device, close_device);
 }

@@ -23,6 +23,19 @@ int march_probe(const Ray r, int k, float at, vec3 p)
     return GO_ON;
 }
 
+bool march_load(const Ray r, vec4 kept, float at)
+{
+    total = kept.x;
+    weight = kept.y;
+    return true;
+}
+
+vec4 march_save(out float at)
+{
+    at = 0.0;
+    return vec4(total, weight, 0.0, 0.0);
+}
+
 void march_end(const Ray r)
 {
     if (weight > 0.0)

@@ -23,6 +23,12 @@ void march_begin(const Ray r)
 #endif
 }
 
+// No sample of the volume can beat it.
+bool is_extreme()
+{
+    return best >= (sign_of > 0.0 ? job.range.y : -job.range.x);
+}
+
 int march_probe(const Ray r, int k, float at, vec3 p)
 {
     float value = sign_of * reconstruct(p);
@@ -30,7 +36,20 @@ int march_probe(const Ray r, int k, float at, vec3 p)
         best = value;
         best_at = at;
     }
-    return best < (sign_of > 0.0 ? job.range.y : -job.range.x) ? GO_ON : END;
+    return is_extreme() ? END : GO_ON;
+}
+
+bool march_load(const Ray r, vec4 kept, float at)
+{
+    best = kept.x;
+    best_at = at;
+    return !is_extreme();
+}
+
+vec4 march_save(out float at)
+{
+    at = best_at;
+    return vec4(best);
 }
 
 void march_end(const Ray r)

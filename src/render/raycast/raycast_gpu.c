@@ -1,465 +1,302 @@
 /* SPDX-License-Identifier: MIT */
 #include "raycast_gpu.h"
 
-#include <float.h>
 #include <math.h>
-#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "alloc.h"
-#include "classify.h"
-#include "distance_map.h"
+#include "bricks.h"
 #include "fail.h"
-#include "gpu_volume.h"
-#include "objects.h"
+#include "gpu_cells.h"
 #include "parallel.h"
 #include "rays.h"
 #include "timer.h"
 
-/* The shaders' JobBlock (job.glsl), in the same order. */
-struct job {
-    float p0[4], px[4], py[4], d0[4], dx[4], dy[4], w0[4], wx[4], wy[4];
-    float ray[4], box_lo[4], box_hi[4];
-    int32_t picture[4];
-    float planes[12][4];
-    int32_t dims[4], cells[4];
-    float raw[4], table[4], light[4], all_diffuse[4], all_specular[4], gradient[4];
-    float to_world[3][4], normal[3][4], metric[2][4];
-    int32_t counts[4];
-    float light_direction[4][4], light_diffuse[4][4], light_specular[4][4];
-    float range[4], slice_plane[4];
-    float iso[PEL_MAX_ISOSURFACES][4], iso_color[PEL_MAX_ISOSURFACES][4];
-};
-
-/* The look-up table's texture (transfer.glsl): rows of 4096 entries, four for the same entries. */
-enum { TABLE_WIDTH = 4096, TABLE_ROWS = 4 };
-
-/* Bindings, as the shaders name them. */
-enum { UNIT_VOLUME, UNIT_DISTANCES, UNIT_GRID, UNIT_FROM, UNIT_ENTRIES };
-enum { BUFFER_COUNTERS = 2, BUFFER_SEEN, BUFFER_RANGE };
-
-#define MAX_PROGRAMS 64
-#define CELL_GROUP 4 /* cells of a work group along each axis */
 #define PIXEL_GROUP 8
 
-struct program {
-    unsigned key;
-    GLuint name;
+/* A brick and what of it is on the device. */
+struct brick {
+    struct pel_gpu_box box;
+    struct pel_texture texture;
+    struct pel_gpu_cells cells;
+    bool marked; /* for the transfer function of now */
+    bool empty;  /* nothing in it can be seen */
+    uint64_t drawn; /* the brick pass that last used it */
+};
+
+/* Milliseconds spent on bricks in a frame. */
+struct spent {
+    double upload, grid, classify, maps;
 };
 
 struct pel_gpu_raycaster {
     struct pel_device *device;
-    struct pel_gpu_volume volume;
+    struct pel_programs programs;
+    struct pel_gpu_format format;
+    struct pel_brick_plan plan;
+    struct brick *bricks;
+    int *order;
+    int brick_count;
+    bool in_bricks;       /* there are several */
+    struct pel_minmax minmax; /* of the whole volume, where the device does not make it */
+    uint64_t budget;      /* bytes that bricks may take on the device; 0: any */
+    uint64_t taken;       /* that they take */
+    uint64_t passes, uploads;
     struct pel_classification_state tables;
     struct pel_job job;
-    int cells[3];
-    size_t cell_count;
-    unsigned octants; /* whose distance maps are there */
-    struct pel_texture entries, grid, marks, scratch[2], distances, picture, depth;
-    struct pel_buffer block, counters, seen, range;
-    struct program programs[MAX_PROGRAMS];
-    int program_count;
+    struct pel_gpu_cell_maker maker;
+    struct pel_texture entries, picture, depth;
+    struct pel_buffer block, counters, range;
     struct pel_gpu_timer timer;
-    uint32_t visible_cells;
 };
 
 struct pel_gpu_raycaster *pel_gpu_raycaster_create(struct pel_device *device, struct pel_error *error)
 {
     struct pel_gpu_raycaster *rc = pel_alloc(1, sizeof *rc, "GPU ray caster", error);
-    if (rc)
-        rc->device = device;
+    if (!rc)
+        return NULL;
+    rc->device = device;
+    rc->maker.device = device;
+    rc->maker.programs = &rc->programs;
     return rc;
+}
+
+static void release_brick(struct pel_gpu_raycaster *rc, struct brick *brick)
+{
+    if (brick->texture.name)
+        rc->taken -= pel_bricks_bytes(&brick->box, rc->format.bytes);
+    pel_texture_destroy(rc->device, &brick->texture);
+    pel_gpu_cells_finish(rc->device, &brick->cells);
+    brick->marked = false;
+}
+
+static void release_volume(struct pel_gpu_raycaster *rc)
+{
+    for (int i = 0; i < rc->brick_count; i++)
+        release_brick(rc, &rc->bricks[i]);
+    free(rc->bricks);
+    free(rc->order);
+    rc->bricks = NULL;
+    rc->order = NULL;
+    rc->brick_count = 0;
+    pel_minmax_finish(&rc->minmax);
 }
 
 void pel_gpu_raycaster_destroy(struct pel_gpu_raycaster *rc)
 {
     if (!rc)
         return;
-    struct pel_texture *textures[] = { &rc->entries,    &rc->grid,      &rc->marks,   &rc->scratch[0],
-                                       &rc->scratch[1], &rc->distances, &rc->picture, &rc->depth };
-    struct pel_buffer *buffers[] = { &rc->block, &rc->counters, &rc->seen, &rc->range };
+    release_volume(rc);
+    struct pel_texture *textures[] = { &rc->entries, &rc->picture, &rc->depth };
+    struct pel_buffer *buffers[] = { &rc->block, &rc->counters, &rc->range };
     for (size_t i = 0; i < sizeof textures / sizeof *textures; i++)
         pel_texture_destroy(rc->device, textures[i]);
     for (size_t i = 0; i < sizeof buffers / sizeof *buffers; i++)
         pel_buffer_destroy(rc->device, buffers[i]);
-    for (int i = 0; i < rc->program_count; i++)
-        pel_program_destroy(rc->device, rc->programs[i].name);
-    pel_gpu_volume_destroy(rc->device, &rc->volume);
+    pel_gpu_cell_maker_finish(&rc->maker);
+    pel_programs_finish(rc->device, &rc->programs);
     pel_gpu_timer_destroy(rc->device, &rc->timer);
     pel_classify_finish(&rc->tables);
     free(rc);
 }
 
-/* ---- programs ---- */
-
-/* What a program is compiled for, as bits of its key. */
-enum {
-    HAS_VOIDS = 1,
-    HAS_NEAREST = 2,
-    HAS_SHADE = 4,
-    HAS_HEADLIGHTS = 8,
-    HAS_PRE = 16,
-    HAS_MINIMUM = 32,
-    KEY_MODE = 64,
-    KEY_FILE = 64 * 16
-};
-
-static const char *const shader_names[] = { "composite.glsl",  "preintegrated.glsl", "extreme.glsl", "average.glsl",  "xray.glsl",
-                                            "isosurface.glsl", "slice.glsl",         "minmax.glsl",  "classify.glsl", "distance.glsl" };
-enum shader {
-    SHADER_COMPOSITE,
-    SHADER_PREINTEGRATED,
-    SHADER_EXTREME,
-    SHADER_AVERAGE,
-    SHADER_XRAY,
-    SHADER_ISOSURFACE,
-    SHADER_SLICE,
-    SHADER_MINMAX,
-    SHADER_CLASSIFY,
-    SHADER_DISTANCE
-};
-
-static GLuint find_program(struct pel_gpu_raycaster *rc, enum shader shader, unsigned has, enum pel_mode mode, struct pel_error *error)
-{
-    static const char *const words[] = { "VOIDS", "NEAREST", "SHADE", "HEADLIGHTS", "PRE", "MINIMUM" };
-    unsigned key = (unsigned)shader * KEY_FILE + (unsigned)mode * KEY_MODE + has;
-    for (int i = 0; i < rc->program_count; i++)
-        if (rc->programs[i].key == key)
-            return rc->programs[i].name;
-    char defines[512];
-    int length =
-        snprintf(defines, sizeof defines, "#define MODE_MIP %d\n#define MODE_MINIP %d\n#define MODE_ISOSURFACE %d\n#define MODE %d\n",
-                 PEL_MODE_MIP, PEL_MODE_MINIP, PEL_MODE_ISOSURFACE, mode);
-    for (unsigned i = 0; i < sizeof words / sizeof *words; i++)
-        if (has & 1u << i)
-            length += snprintf(defines + length, sizeof defines - (size_t)length, "#define %s\n", words[i]);
-    GLuint name = pel_program_create(rc->device, shader_names[shader], defines, error);
-    if (!name)
-        return 0;
-    if (rc->program_count == MAX_PROGRAMS) /* more kinds of picture than anyone draws with one renderer: forget the oldest */
-        pel_program_destroy(rc->device, rc->programs[0].name),
-            memmove(rc->programs, rc->programs + 1, sizeof *rc->programs * --rc->program_count);
-    rc->programs[rc->program_count++] = (struct program){ key, name };
-    return name;
-}
-
 /* The program that draws the job. */
 static GLuint drawing_program(struct pel_gpu_raycaster *rc, struct pel_error *error)
 {
+    static const char *const files[] = {
+        [PEL_MODE_COMPOSITE] = "composite.glsl", [PEL_MODE_MIP] = "extreme.glsl", [PEL_MODE_MINIP] = "extreme.glsl",
+        [PEL_MODE_AVERAGE] = "average.glsl",     [PEL_MODE_XRAY] = "xray.glsl",   [PEL_MODE_ISOSURFACE] = "isosurface.glsl",
+        [PEL_MODE_SLICE] = "slice.glsl",
+    };
     const struct pel_job *job = &rc->job;
-    unsigned has = (rc->volume.voids ? HAS_VOIDS : 0) | (job->headlight_only ? HAS_HEADLIGHTS : 0);
-    enum shader shader = SHADER_COMPOSITE;
-    switch (job->mode) {
-    case PEL_MODE_COMPOSITE:
-        has |= (job->shade ? HAS_SHADE : 0) | (job->nearest ? HAS_NEAREST : 0);
+    const char *file = files[job->mode];
+    unsigned has = (rc->format.voids ? PEL_HAS_VOIDS : 0) | (job->headlight_only ? PEL_HAS_HEADLIGHTS : 0) |
+                   (job->nearest ? PEL_HAS_NEAREST : 0) | (job->mode == PEL_MODE_MINIP ? PEL_HAS_MINIMUM : 0) |
+                   (rc->in_bricks ? PEL_HAS_BRICKS : 0);
+    if (job->mode == PEL_MODE_COMPOSITE) {
+        has |= job->shade ? PEL_HAS_SHADE : 0;
         if (!job->nearest && job->classification == PEL_CLASSIFICATION_PREINTEGRATED)
-            shader = SHADER_PREINTEGRATED;
+            file = "preintegrated.glsl";
         else if (!job->nearest && job->classification == PEL_CLASSIFICATION_PRE)
-            has |= HAS_PRE;
-        break;
-    case PEL_MODE_ISOSURFACE:
-        shader = SHADER_ISOSURFACE;
-        break;
-    case PEL_MODE_MIP:
-    case PEL_MODE_MINIP:
-        shader = SHADER_EXTREME;
-        has |= job->mode == PEL_MODE_MINIP ? HAS_MINIMUM : 0;
-        break;
-    case PEL_MODE_AVERAGE:
-        shader = SHADER_AVERAGE;
-        break;
-    case PEL_MODE_XRAY:
-        shader = SHADER_XRAY;
-        break;
-    case PEL_MODE_SLICE:
-        shader = SHADER_SLICE;
-        break;
+            has |= PEL_HAS_PRE;
     }
-    if (job->mode != PEL_MODE_COMPOSITE && job->nearest)
-        has |= HAS_NEAREST;
-    return find_program(rc, shader, has, job->mode, error);
+    return pel_gpu_program(rc->device, &rc->programs, file, has, job->mode, error);
 }
 
-/* ---- the job ---- */
+/* ---- bricks on the device ---- */
 
-static void put3(float to[4], const double from[3])
+static bool send_job(struct pel_gpu_raycaster *rc, const struct pel_scene *scene, const struct brick *brick, const int tile[2], bool finish,
+                     struct pel_error *error)
 {
-    for (int i = 0; i < 3; i++)
-        to[i] = (float)from[i];
+    struct pel_gpu_job job = { &rc->job, scene, &rc->format, &brick->box, finish, { tile[0], tile[1] } };
+    return pel_gpu_job_send(rc->device, &job, &rc->block, error);
 }
 
-static void fill_rays(struct job *to, const struct pel_job *job)
-{
-    put3(to->p0, job->p0), put3(to->px, job->px), put3(to->py, job->py);
-    put3(to->d0, job->d0), put3(to->dx, job->dx), put3(to->dy, job->dy);
-    put3(to->w0, job->w0), put3(to->wx, job->wx), put3(to->wy, job->wy);
-    to->ray[0] = (float)job->s_base, to->ray[1] = (float)fmax(job->s_least, -1e30), to->ray[2] = (float)job->step;
-    to->ray[3] = (float)fmax(job->along, 1e-30);
-    put3(to->box_lo, job->box_lo), put3(to->box_hi, job->box_hi);
-    to->picture[0] = job->width, to->picture[1] = job->height, to->picture[2] = job->plane_count, to->picture[3] = job->jitter;
-    for (int i = 0; i < job->plane_count; i++)
-        for (int j = 0; j < 4; j++)
-            to->planes[i][j] = (float)job->planes[i][j];
-    for (int j = 0; j < 4; j++)
-        to->slice_plane[j] = (float)job->slice_plane[j];
-}
-
-static void fill_optics(struct job *to, const struct pel_job *job)
-{
-    to->light[0] = job->ambient, to->light[1] = job->power, to->light[2] = job->specular, to->light[3] = job->steps_a_voxel;
-    memcpy(to->all_diffuse, job->all_diffuse, sizeof job->all_diffuse);
-    memcpy(to->all_specular, job->all_specular, sizeof job->all_specular);
-    for (int i = 0; i < 3; i++) {
-        memcpy(to->to_world[i], job->to_world[i], sizeof job->to_world[i]);
-        memcpy(to->normal[i], job->normal[i], sizeof job->normal[i]);
-    }
-    memcpy(to->metric[0], job->metric, 4 * sizeof(float));
-    memcpy(to->metric[1], job->metric + 4, 2 * sizeof(float));
-    to->counts[0] = job->light_count, to->counts[1] = job->iso_count;
-    for (int l = 0; l < job->light_count; l++) {
-        memcpy(to->light_direction[l], job->lights[l].direction, sizeof job->lights[l].direction);
-        to->light_direction[l][3] = job->lights[l].headlight;
-        for (int c = 0; c < 3; c++) {
-            to->light_diffuse[l][c] = job->diffuse * job->lights[l].color[c];
-            to->light_specular[l][c] = job->specular * job->lights[l].color[c];
-        }
-    }
-    for (int i = 0; i < job->iso_count; i++) {
-        to->iso[i][0] = job->iso[i], to->iso[i][1] = job->iso_opacity[i];
-        memcpy(to->iso_color[i], job->iso_color[i], sizeof job->iso_color[i]);
-    }
-}
-
-static bool send_job(struct pel_gpu_raycaster *rc, const struct pel_scene *scene, struct pel_error *error)
-{
-    const struct pel_job *job = &rc->job;
-    const struct pel_gpu_volume *v = &rc->volume;
-    struct job to = { .p0 = { 0 } };
-    fill_rays(&to, job);
-    fill_optics(&to, job);
-    for (int a = 0; a < 3; a++) {
-        to.dims[a] = (int32_t)scene->volume->dims[a];
-        to.cells[a] = rc->cells[a];
-    }
-    to.cells[3] = job->skip;
-    to.raw[0] = v->texel_scale, to.raw[1] = v->texel_offset, to.raw[2] = v->void_raw, to.raw[3] = v->void_by_value;
-    to.table[0] = job->table_scale, to.table[1] = job->table_offset, to.table[2] = (float)job->table_last,
-    to.table[3] = job->step_over_unit;
-    to.gradient[0] = v->gradient_scale, to.gradient[1] = v->voids, to.gradient[2] = job->termination, to.gradient[3] = job->invert;
-    to.counts[2] = scene->linear_light && job->mode != PEL_MODE_XRAY;
-    to.range[0] = v->least, to.range[1] = v->most;
-    return pel_buffer_fill(rc->device, &rc->block, &to, sizeof to, error);
-}
-
-/* The four rows' worth of one entry, TABLE_WIDTH apart. */
-static void put_entry(const struct pel_classification_state *t, size_t i, float (*to)[4])
-{
-    float (*step)[4] = to, (*point)[4] = to + TABLE_WIDTH, (*sums)[4] = to + 2 * TABLE_WIDTH, (*extinction)[4] = to + 3 * TABLE_WIDTH;
-    for (int c = 0; c < 3; c++) {
-        (*step)[c] = t->alpha_color[c][i];
-        (*point)[c] = t->color[c][i];
-        (*sums)[c] = t->sum_color[c][i];
-        (*extinction)[c] = 0;
-    }
-    (*step)[3] = t->alpha[i], (*point)[3] = t->table.opacity[i], (*sums)[3] = t->sum_tau[i];
-    (*extinction)[0] = t->tau[i], (*extinction)[3] = 0;
-}
-
-static bool send_tables(struct pel_gpu_raycaster *rc, struct pel_error *error)
-{
-    const struct pel_classification_state *t = &rc->tables;
-    size_t count = t->table.count, levels = (size_t)t->table.range.levels, row = count * levels; /* count: a multiple of TABLE_WIDTH */
-    int height = (int)(count / TABLE_WIDTH) * TABLE_ROWS;
-    float (*entries)[4] = pel_alloc_aligned(count * TABLE_ROWS, sizeof *entries, "look-up table", error);
-    int32_t *range = entries ? pel_alloc_aligned(row + 2, sizeof *range, "range table", error) : NULL;
-    bool ok = range && pel_texture_reserve(rc->device, &rc->entries, GL_RGBA32F, TABLE_WIDTH, height, 0, GL_NEAREST, error);
-    if (ok) {
-        for (size_t i = 0; i < count; i++)
-            put_entry(t, i, entries + i / TABLE_WIDTH * TABLE_WIDTH * TABLE_ROWS + i % TABLE_WIDTH);
-        glTextureSubImage2D(rc->entries.name, 0, 0, 0, TABLE_WIDTH, height, GL_RGBA, GL_FLOAT, entries);
-        range[0] = (int32_t)count, range[1] = (int32_t)levels;
-        memcpy(range + 2, t->table.range.most, row * sizeof(float));
-        ok = pel_buffer_fill(rc->device, &rc->range, range, (row + 2) * sizeof *range, error);
-    }
-    free(range);
-    free(entries);
-    return ok;
-}
-
-/* ---- stages ---- */
-
-static void bind(const struct pel_gpu_raycaster *rc)
+static void bind(const struct pel_gpu_raycaster *rc, const struct brick *brick)
 {
     glBindBufferBase(GL_UNIFORM_BUFFER, 0, rc->block.name);
-    const struct pel_buffer *buffers[] = { [BUFFER_COUNTERS] = &rc->counters, [BUFFER_SEEN] = &rc->seen, [BUFFER_RANGE] = &rc->range };
-    for (GLuint i = BUFFER_COUNTERS; i <= BUFFER_RANGE; i++)
-        glBindBufferBase(GL_SHADER_STORAGE_BUFFER, i, buffers[i]->name);
-    glBindTextureUnit(UNIT_VOLUME, rc->volume.texture.name);
-    glBindTextureUnit(UNIT_DISTANCES, rc->distances.name);
-    glBindTextureUnit(UNIT_GRID, rc->grid.name);
-    glBindTextureUnit(UNIT_ENTRIES, rc->entries.name);
+    glBindBufferBase(GL_SHADER_STORAGE_BUFFER, PEL_BUFFER_COUNTERS, rc->counters.name);
+    glBindBufferBase(GL_SHADER_STORAGE_BUFFER, PEL_BUFFER_RANGE, rc->range.name);
+    glBindTextureUnit(PEL_UNIT_VOLUME, brick->texture.name);
+    glBindTextureUnit(PEL_UNIT_DISTANCES, brick->cells.distances.name);
+    glBindTextureUnit(PEL_UNIT_ENTRIES, rc->entries.name);
 }
 
-static void dispatch_cells(const struct pel_gpu_raycaster *rc)
+/* Makes room by the brick whose turn is farthest: of those drawn in this frame the last, else any other. False where there is none. */
+static bool evict_one(struct pel_gpu_raycaster *rc, const struct brick *but)
 {
-    GLuint groups[3];
-    for (int a = 0; a < 3; a++)
-        groups[a] = (GLuint)(rc->cells[a] + CELL_GROUP - 1) / CELL_GROUP;
-    glDispatchCompute(groups[0], groups[1], groups[2]);
-    glMemoryBarrier(GL_TEXTURE_FETCH_BARRIER_BIT | GL_SHADER_IMAGE_ACCESS_BARRIER_BIT | GL_BUFFER_UPDATE_BARRIER_BIT);
-}
-
-/* The same grid made by the CPU, which in software does it twenty times as fast. */
-static bool send_grid(struct pel_gpu_raycaster *rc, const struct pel_frame *frame, struct pel_error *error)
-{
-    struct pel_minmax minmax;
-    const struct pel_raw_scale raw = rc->volume.raw;
-    float(*pairs)[2] = NULL;
-    bool ok = pel_minmax_init(&minmax, frame->scene->volume, frame->threads, error) &&
-              (pairs = pel_alloc_aligned(rc->cell_count, sizeof *pairs, "min-max grid", error)) &&
-              pel_texture_reserve(rc->device, &rc->grid, GL_RG32F, rc->cells[0], rc->cells[1], rc->cells[2], GL_NEAREST, error);
-    if (ok) {
-        for (size_t i = 0; i < rc->cell_count; i++) {
-            pairs[i][0] = (float)((minmax.cells.least[i] - raw.offset) / raw.scale);
-            pairs[i][1] = (float)((minmax.cells.most[i] - raw.offset) / raw.scale);
-        }
-        glTextureSubImage3D(rc->grid.name, 0, 0, 0, 0, rc->cells[0], rc->cells[1], rc->cells[2], GL_RG, GL_FLOAT, pairs);
-        ok = pel_device_check(rc->device, "min-max grid", error);
+    struct brick *victim = NULL;
+    for (int i = 0; i < rc->brick_count; i++) {
+        struct brick *b = &rc->bricks[i];
+        if (b->texture.name && b != but && (!victim || b->empty > victim->empty || (b->empty == victim->empty && b->drawn > victim->drawn)))
+            victim = b;
     }
-    free(pairs);
-    pel_minmax_finish(&minmax);
+    if (victim)
+        release_brick(rc, victim);
+    return victim;
+}
+
+static bool upload(struct pel_gpu_raycaster *rc, const struct pel_frame *frame, struct brick *brick, struct pel_error *error)
+{
+    uint64_t need = pel_bricks_bytes(&brick->box, rc->format.bytes);
+    while (rc->budget && rc->taken + need > rc->budget && evict_one(rc, brick))
+        continue;
+    for (;;) {
+        struct pel_error why = PEL_ERROR_INIT;
+        if (pel_gpu_volume_upload(rc->device, &rc->format, frame->scene->volume, brick->box.origin, brick->box.size, frame->threads,
+                                  &brick->texture, &why)) {
+            rc->uploads++;
+            rc->taken += need;
+            return true;
+        }
+        pel_texture_destroy(rc->device, &brick->texture);
+        if (why.code != PEL_ERROR_MEMORY || !evict_one(rc, brick))
+            return pel_fail(error, why.code, "%s", why.message);
+    }
+}
+
+static bool make_grid(struct pel_gpu_raycaster *rc, const struct pel_frame *frame, struct brick *brick, struct pel_error *error)
+{
+    if (!rc->in_bricks && !rc->device->info.software)
+        return pel_gpu_cells_build(&rc->maker, &brick->cells, &brick->box, rc->format.voids, error);
+    if (!rc->minmax.cells.least && !pel_minmax_init(&rc->minmax, frame->scene->volume, frame->threads, error))
+        return false;
+    bool ok = pel_gpu_cells_send(&rc->maker, &brick->cells, &rc->minmax, &brick->box, rc->format.raw, error);
+    if (!rc->in_bricks) /* it is on the device now */
+        pel_minmax_finish(&rc->minmax);
     return ok;
 }
 
-static bool build_grid(struct pel_gpu_raycaster *rc, const struct pel_frame *frame, struct pel_error *error)
+/* Sees to it that all of a brick that the job needs is on the device. */
+static bool make_ready(struct pel_gpu_raycaster *rc, const struct pel_frame *frame, struct brick *brick, const int tile[2],
+                       struct spent *spent, struct pel_error *error)
 {
-    if (rc->device->info.software)
-        return send_grid(rc, frame, error);
-    GLuint program = find_program(rc, SHADER_MINMAX, rc->volume.voids ? HAS_VOIDS : 0, PEL_MODE_COMPOSITE, error);
-    if (!program || !pel_texture_reserve(rc->device, &rc->grid, GL_RG32F, rc->cells[0], rc->cells[1], rc->cells[2], GL_NEAREST, error))
+    bool maps = pel_mode_has_map(rc->job.mode) && rc->job.skip;
+    double start = pel_now_ms();
+    if (!brick->texture.name && !upload(rc, frame, brick, error))
         return false;
-    bind(rc);
-    glUseProgram(program);
-    glBindImageTexture(0, rc->grid.name, 0, GL_TRUE, 0, GL_WRITE_ONLY, GL_RG32F);
-    dispatch_cells(rc);
-    return pel_device_check(rc->device, "min-max grid", error);
-}
-
-static bool mark_cells(struct pel_gpu_raycaster *rc, struct pel_error *error)
-{
-    const uint32_t none = 0;
-    enum pel_mode mode = rc->job.mode;
-    bool special = mode == PEL_MODE_ISOSURFACE || mode == PEL_MODE_MIP || mode == PEL_MODE_MINIP;
-    GLuint program = find_program(rc, SHADER_CLASSIFY, 0, special ? mode : PEL_MODE_COMPOSITE, error);
-    if (!program || !pel_texture_reserve(rc->device, &rc->marks, GL_R8UI, rc->cells[0], rc->cells[1], rc->cells[2], GL_NEAREST, error) ||
-        !pel_buffer_fill(rc->device, &rc->seen, &none, sizeof none, error))
+    spent->upload += pel_now_ms() - start;
+    if (!send_job(rc, frame->scene, brick, tile, false, error))
         return false;
-    bind(rc);
-    glUseProgram(program);
-    glBindImageTexture(0, rc->marks.name, 0, GL_TRUE, 0, GL_WRITE_ONLY, GL_R8UI);
-    dispatch_cells(rc);
-    rc->octants = 0;
-    return pel_device_check(rc->device, "classify", error);
+    bind(rc, brick);
+    start = pel_now_ms();
+    if (!brick->cells.grid.name && !make_grid(rc, frame, brick, error))
+        return false;
+    spent->grid += pel_now_ms() - start;
+    start = pel_now_ms();
+    if (maps && !brick->marked && !pel_gpu_cells_mark(&rc->maker, &brick->cells, rc->job.mode, error))
+        return false;
+    brick->marked |= maps;
+    spent->classify += pel_now_ms() - start;
+    start = pel_now_ms();
+    if (maps && !pel_gpu_cells_map(&rc->maker, &brick->cells, pel_rays_octants(&rc->job), error))
+        return false;
+    spent->maps += pel_now_ms() - start;
+    bind(rc, brick); /* with the maps that there are now */
+    return true;
 }
 
-/* The distance map of one octant, in three passes: x, y and z; the last writes into its place among the octants' maps. */
-static bool map_octant(struct pel_gpu_raycaster *rc, GLuint program, int octant, struct pel_error *error)
+static void note_spent(const struct pel_frame *frame, const struct spent *spent)
 {
-    const struct pel_texture *from[3] = { &rc->marks, &rc->scratch[0], &rc->scratch[1] },
-                             *to[3] = { &rc->scratch[0], &rc->scratch[1], &rc->distances };
-    glUseProgram(program);
-    for (int axis = 0; axis < 3; axis++) {
-        glProgramUniform4i(program, 0, axis, 0, octant, axis == 2 ? octant * rc->cells[2] : 0);
-        glBindTextureUnit(UNIT_FROM, from[axis]->name);
-        glBindImageTexture(0, to[axis]->name, 0, GL_TRUE, 0, GL_WRITE_ONLY, GL_R8UI);
-        dispatch_cells(rc);
-    }
-    return pel_device_check(rc->device, "distance map", error);
+    const struct {
+        const char *name;
+        double ms;
+    } stages[] = { { "upload", spent->upload }, { "min-max grid", spent->grid }, { "classify", spent->classify }, { "distance maps", spent->maps } };
+    for (size_t i = 0; i < sizeof stages / sizeof *stages; i++)
+        if (stages[i].ms > 0.001)
+            pel_frame_stage(frame, stages[i].name, pel_now_ms() - stages[i].ms);
 }
 
-struct mapping {
-    const uint8_t *marks;
-    size_t dims[3];
-    uint8_t *maps; /* eight, one above the other */
-    unsigned wanted;
-    bool failed[8];
+/* ---- preparing a frame ---- */
+
+/* Bytes that a volume may take: what the caller allows, else most of what the driver says is free. */
+static uint64_t find_budget(const struct pel_gpu_raycaster *rc)
+{
+    if (rc->device->params.memory_limit)
+        return rc->device->params.memory_limit;
+    uint64_t free_bytes = pel_device_free_bytes(rc->device);
+    return free_bytes / 10 * 9;
+}
+
+/* Cuts the volume, where it must be or `cut` says so, and forgets what was on the device. */
+static bool plan_bricks(struct pel_gpu_raycaster *rc, const struct pel_scene *scene, bool cut, struct pel_error *error)
+{
+    release_volume(rc);
+    const struct pel_brick_limits limits = { rc->device->info.max_texture_3d, rc->budget, rc->format.bytes };
+    if (!pel_bricks_plan(&rc->plan, scene->volume, pel_bricks_border(scene), &limits, cut, error))
+        return false;
+    int count = pel_bricks_count(&rc->plan);
+    rc->in_bricks = count > 1;
+    rc->bricks = pel_alloc((size_t)count, sizeof *rc->bricks, "bricks", error);
+    rc->order = pel_alloc((size_t)count, sizeof *rc->order, "bricks", error);
+    if (!rc->bricks || !rc->order)
+        return false;
+    rc->brick_count = count;
+    for (int i = 0; i < count; i++)
+        pel_bricks_box(&rc->plan, i, &rc->bricks[i].box);
+    return true;
+}
+
+struct looking {
+    struct pel_gpu_raycaster *rc;
+    const struct pel_scene *scene;
 };
 
-static void map_on_cpu(void *context, size_t octant, int thread)
+static void look_into(void *context, size_t i, int thread)
 {
     (void)thread;
-    struct mapping *m = context;
-    size_t slice = m->dims[0] * m->dims[1];
-    if (m->wanted & 1u << octant)
-        m->failed[octant] =
-            !pel_distance_map(m->marks, m->dims, m->dims[0], slice, (unsigned)octant, m->maps + octant * slice * m->dims[2], NULL);
+    const struct looking *l = context;
+    struct brick *brick = &l->rc->bricks[i];
+    brick->empty = !pel_classify_may_be_seen(&l->rc->tables, l->scene, &l->rc->minmax, l->rc->format.raw, &l->rc->job,
+                                             brick->box.first_cell, brick->box.cells);
 }
 
-/* The same maps made by the CPU, which in software does it ten times as fast. */
-static bool send_maps(struct pel_gpu_raycaster *rc, unsigned wanted, int threads, struct pel_error *error)
+/* Which bricks may be seen at all, from the whole volume's grid. */
+static bool find_empty_bricks(struct pel_gpu_raycaster *rc, const struct pel_frame *frame, struct pel_error *error)
 {
-    const int *c = rc->cells;
-    uint8_t *marks = pel_alloc_aligned(rc->cell_count * 9, 1, "distance maps", error);
-    if (!marks)
-        return false;
-    struct mapping m = { marks, { (size_t)c[0], (size_t)c[1], (size_t)c[2] }, marks + rc->cell_count, wanted, { false } };
-    glPixelStorei(GL_PACK_ALIGNMENT, 1);
-    glPixelStorei(GL_UNPACK_ALIGNMENT, 1);
-    glGetTextureImage(rc->marks.name, 0, GL_RED_INTEGER, GL_UNSIGNED_BYTE, (GLsizei)rc->cell_count, marks);
-    pel_parallel_for(threads, 8, map_on_cpu, &m);
-    bool ok = true;
-    for (int o = 0; o < 8; o++) {
-        ok &= !m.failed[o];
-        if (wanted & 1u << o)
-            glTextureSubImage3D(rc->distances.name, 0, 0, 0, o * c[2], c[0], c[1], c[2], GL_RED_INTEGER, GL_UNSIGNED_BYTE,
-                                m.maps + (size_t)o * rc->cell_count);
-    }
-    free(marks);
-    return ok ? pel_device_check(rc->device, "distance maps", error) : pel_fail(error, PEL_ERROR_MEMORY, "distance maps: no memory");
-}
-
-static bool make_maps(struct pel_gpu_raycaster *rc, unsigned wanted, struct pel_error *error)
-{
-    const int *c = rc->cells;
-    GLuint program = find_program(rc, SHADER_DISTANCE, 0, PEL_MODE_COMPOSITE, error);
-    if (!program || !pel_texture_reserve(rc->device, &rc->scratch[0], GL_R8UI, c[0], c[1], c[2], GL_NEAREST, error) ||
-        !pel_texture_reserve(rc->device, &rc->scratch[1], GL_R8UI, c[0], c[1], c[2], GL_NEAREST, error))
-        return false;
-    bind(rc);
-    for (int o = 0; o < 8; o++)
-        if (wanted & 1u << o && !map_octant(rc, program, o, error))
+    if (!rc->minmax.cells.least) {
+        double start = pel_now_ms();
+        if (!pel_minmax_init(&rc->minmax, frame->scene->volume, frame->threads, error))
             return false;
-    return true;
-}
-
-/* Sees to it that there are maps for all octants into which rays go. */
-static bool map_octants(struct pel_gpu_raycaster *rc, unsigned octants, int threads, struct pel_error *error)
-{
-    const int *c = rc->cells;
-    unsigned wanted = octants & ~rc->octants;
-    if (!pel_texture_reserve(rc->device, &rc->distances, GL_R8UI, c[0], c[1], c[2] * 8, GL_NEAREST, error))
-        return false;
-    if (wanted && !(rc->device->info.software ? send_maps(rc, wanted, threads, error) : make_maps(rc, wanted, error)))
-        return false;
-    rc->octants |= wanted;
-    return true;
-}
-
-/* ---- frames ---- */
-
-static bool set_volume(struct pel_gpu_raycaster *rc, const struct pel_frame *frame, struct pel_error *error)
-{
-    const struct pel_volume *volume = frame->scene->volume;
-    double start = pel_now_ms();
-    if (!pel_gpu_volume_upload(rc->device, &rc->volume, volume, frame->threads, error))
-        return false;
-    rc->cell_count = 1;
-    for (int a = 0; a < 3; a++) {
-        rc->cells[a] = (int)((volume->dims[a] - 1) / PEL_CELL_SIZE + 1);
-        rc->cell_count *= (size_t)rc->cells[a];
+        pel_frame_stage(frame, "min-max grid", start);
     }
-    pel_frame_stage(frame, "upload", start);
+    struct looking looking = { rc, frame->scene };
+    pel_parallel_for(frame->threads, (size_t)rc->brick_count, look_into, &looking);
+    return true;
+}
+
+/* The whole volume at once; in bricks after all, where the device has less memory than it told. */
+static bool make_whole_ready(struct pel_gpu_raycaster *rc, const struct pel_frame *frame, struct pel_error *error)
+{
+    struct spent spent = { 0, 0, 0, 0 };
+    struct pel_error why = PEL_ERROR_INIT;
+    bool ok = make_ready(rc, frame, &rc->bricks[0], (const int[2]){ 0, 0 }, &spent, &why);
+    note_spent(frame, &spent);
+    if (ok)
+        return true;
+    if (why.code != PEL_ERROR_MEMORY || !plan_bricks(rc, frame->scene, true, NULL) || !rc->in_bricks)
+        return pel_fail(error, why.code, "%s", why.message);
     return true;
 }
 
@@ -468,91 +305,176 @@ bool pel_gpu_raycaster_prepare(struct pel_gpu_raycaster *rc, const struct pel_fr
     const struct pel_scene *scene = frame->scene;
     unsigned changes = frame->changes;
     bool reclassify = changes & (PEL_CHANGE_VOLUME | PEL_CHANGE_TRANSFER | PEL_CHANGE_ISOSURFACES | PEL_CHANGE_SETTINGS);
-    if (changes & PEL_CHANGE_VOLUME && !set_volume(rc, frame, error))
+    rc->maker.threads = frame->threads;
+    if (changes & PEL_CHANGE_VOLUME) {
+        release_volume(rc);
+        rc->format = pel_gpu_format_of(rc->device, scene->volume, frame->threads);
+        rc->budget = find_budget(rc);
+        if (!plan_bricks(rc, scene, false, error))
+            return false;
+    } else if (rc->in_bricks && pel_bricks_border(scene) > rc->plan.border && !plan_bricks(rc, scene, true, error)) {
         return false;
+    }
     double start = pel_now_ms();
     if (reclassify) {
-        if (!pel_classify_tables(&rc->tables, scene, rc->volume.raw, &rc->job, error) || !send_tables(rc, error))
+        for (int i = 0; i < rc->brick_count; i++)
+            rc->bricks[i].marked = false;
+        if (!pel_classify_tables(&rc->tables, scene, rc->format.raw, &rc->job, error) ||
+            !pel_gpu_tables_send(rc->device, &rc->tables, &rc->entries, &rc->range, error))
             return false;
         pel_frame_stage(frame, "tables", start);
-        start = pel_now_ms();
     }
     pel_rays_setup(&rc->job, scene, frame->image->width, frame->image->height);
-    if (rc->cells[2] * 8 > rc->device->info.max_texture_3d) /* no room for eight maps above each other: nothing is passed over */
-        rc->job.skip = false;
-    bool maps = pel_mode_has_map(rc->job.mode) && rc->job.skip;
-    if (!send_job(rc, scene, error) || (changes & PEL_CHANGE_VOLUME && !build_grid(rc, frame, error)))
+    if (!rc->in_bricks && !make_whole_ready(rc, frame, error))
         return false;
-    if (changes & PEL_CHANGE_VOLUME) {
-        pel_frame_stage(frame, "min-max grid", start);
-        start = pel_now_ms();
+    return !rc->in_bricks || !reclassify || find_empty_bricks(rc, frame, error);
+}
+
+/* ---- drawing ---- */
+
+static bool reserve_picture(struct pel_gpu_raycaster *rc, const struct pel_image *image, struct pel_error *error)
+{
+    const uint32_t none[4] = { 0 };
+    const int most = rc->device->info.max_texture_2d;
+    if (image->width > most || image->height > most || (uint64_t)image->width * (uint64_t)image->height > INT32_MAX / (4 * sizeof(float)))
+        return pel_fail(error, PEL_ERROR_UNSUPPORTED, "a picture of %d x %d is more than the GPU engine draws; use --device cpu", image->width,
+                        image->height);
+    return pel_texture_reserve(rc->device, &rc->picture, GL_RGBA32F, image->width, image->height, 0, GL_NEAREST, error) &&
+           pel_texture_reserve(rc->device, &rc->depth, GL_R32F, image->width, image->height, 0, GL_NEAREST, error) &&
+           pel_buffer_fill(rc->device, &rc->counters, none, sizeof none, error);
+}
+
+/* The tiles from (x0, y0) up to (x1, y1). */
+static void dispatch_tiles(const struct pel_gpu_raycaster *rc, GLuint program, int x0, int y0, int x1, int y1)
+{
+    GLenum access = rc->in_bricks ? GL_READ_WRITE : GL_WRITE_ONLY;
+    glUseProgram(program);
+    glBindImageTexture(0, rc->picture.name, 0, GL_FALSE, 0, access, GL_RGBA32F);
+    glBindImageTexture(1, rc->depth.name, 0, GL_FALSE, 0, access, GL_R32F);
+    glDispatchCompute((GLuint)(x1 - x0), (GLuint)(y1 - y0), 1);
+    glMemoryBarrier(GL_SHADER_IMAGE_ACCESS_BARRIER_BIT | GL_TEXTURE_UPDATE_BARRIER_BIT | GL_BUFFER_UPDATE_BARRIER_BIT);
+}
+
+/* Does the slice's plane meet the brick? */
+static bool meets_slice(const struct pel_job *job, const double lo[3], const double hi[3])
+{
+    double least = job->slice_plane[3], most = job->slice_plane[3];
+    for (int a = 0; a < 3; a++) {
+        least += fmin(job->slice_plane[a] * lo[a], job->slice_plane[a] * hi[a]);
+        most += fmax(job->slice_plane[a] * lo[a], job->slice_plane[a] * hi[a]);
     }
-    if (reclassify && maps) {
-        if (!mark_cells(rc, error))
-            return false;
-        pel_frame_stage(frame, "classify", start);
-        start = pel_now_ms();
+    return least <= 0 && most >= 0;
+}
+
+/* The tiles of the picture that a brick's samples can fall on; false: none. */
+static bool brick_tiles(const struct pel_gpu_raycaster *rc, const struct pel_scene *scene, const struct brick *brick, int tiles[4])
+{
+    double lo[3], hi[3];
+    int rectangle[4];
+    for (int a = 0; a < 3; a++) { /* with a margin for the places' rounding */
+        lo[a] = fmax(brick->box.first[a], rc->job.box_lo[a]) - 0.01;
+        hi[a] = fmin(brick->box.last[a], rc->job.box_hi[a]) + 0.01;
     }
-    if (maps && !map_octants(rc, pel_rays_octants(&rc->job), frame->threads, error))
+    if (brick->empty || (rc->job.mode == PEL_MODE_SLICE && !meets_slice(&rc->job, lo, hi)) ||
+        !pel_rays_rectangle(&rc->job, scene->camera.parallel, lo, hi, rectangle))
         return false;
-    pel_frame_stage(frame, "distance maps", start);
+    for (int i = 0; i < 2; i++) {
+        tiles[i] = rectangle[i] / PIXEL_GROUP;
+        tiles[2 + i] = (rectangle[2 + i] - 1) / PIXEL_GROUP + 1;
+    }
     return true;
+}
+
+/* From front to back, each gathering on in the picture what those before it left; then what was gathered becomes the picture. */
+static bool draw_bricks(struct pel_gpu_raycaster *rc, const struct pel_frame *frame, GLuint program, struct pel_error *error)
+{
+    const float nothing[4] = { 0 }, nowhere = -1;
+    const int none[2] = { 0, 0 };
+    struct spent spent = { 0, 0, 0, 0 };
+    glClearTexImage(rc->picture.name, 0, GL_RGBA, GL_FLOAT, nothing);
+    glClearTexImage(rc->depth.name, 0, GL_RED, GL_FLOAT, &nowhere);
+    if (!pel_bricks_sort(&rc->plan, &rc->job, frame->scene->camera.parallel, rc->order, error))
+        return false;
+    for (int i = 0; i < rc->brick_count; i++) {
+        struct brick *brick = &rc->bricks[rc->order[i]];
+        int tiles[4];
+        if (!brick_tiles(rc, frame->scene, brick, tiles))
+            continue;
+        brick->drawn = ++rc->passes;
+        if (!make_ready(rc, frame, brick, tiles, &spent, error))
+            return false;
+        dispatch_tiles(rc, program, tiles[0], tiles[1], tiles[2], tiles[3]);
+    }
+    const struct pel_image *image = frame->image;
+    if (!send_job(rc, frame->scene, &rc->bricks[0], none, true, error))
+        return false;
+    bind(rc, &rc->bricks[0]);
+    dispatch_tiles(rc, program, 0, 0, (image->width - 1) / PIXEL_GROUP + 1, (image->height - 1) / PIXEL_GROUP + 1);
+    note_spent(frame, &spent);
+    return true;
+}
+
+static bool cast_rays(struct pel_gpu_raycaster *rc, const struct pel_frame *frame, struct pel_error *error)
+{
+    const struct pel_image *image = frame->image;
+    GLuint program = drawing_program(rc, error);
+    if (!program)
+        return false;
+    double start = pel_now_ms();
+    pel_gpu_timer_begin(rc->device, &rc->timer, "raycast: cast rays");
+    bool ok = true;
+    if (rc->in_bricks) {
+        ok = draw_bricks(rc, frame, program, error);
+    } else {
+        bind(rc, &rc->bricks[0]);
+        dispatch_tiles(rc, program, 0, 0, (image->width - 1) / PIXEL_GROUP + 1, (image->height - 1) / PIXEL_GROUP + 1);
+    }
+    pel_gpu_timer_end(&rc->timer);
+    double gpu_ms = pel_gpu_timer_ms(&rc->timer);
+    pel_frame_stage_gpu(frame, "cast rays", start, gpu_ms);
+    return ok;
 }
 
 static bool read_back(struct pel_gpu_raycaster *rc, struct pel_image *image, struct pel_error *error)
 {
     GLsizei pixels = image->width * image->height;
-    glMemoryBarrier(GL_TEXTURE_UPDATE_BARRIER_BIT | GL_BUFFER_UPDATE_BARRIER_BIT);
     glGetTextureImage(rc->picture.name, 0, GL_RGBA, GL_FLOAT, pixels * 4 * (GLsizei)sizeof(float), image->rgba);
     if (image->depth)
         glGetTextureImage(rc->depth.name, 0, GL_RED, GL_FLOAT, pixels * (GLsizei)sizeof(float), image->depth);
     return pel_device_check(rc->device, "reading the picture back", error);
 }
 
-static bool cast_rays(struct pel_gpu_raycaster *rc, const struct pel_frame *frame, struct pel_error *error)
+static void note_counters(struct pel_gpu_raycaster *rc, const struct pel_frame *frame)
 {
-    const uint32_t none[4] = { 0 };
-    struct pel_image *image = frame->image;
-    const int most = rc->device->info.max_texture_2d;
-    if (image->width > most || image->height > most || (uint64_t)image->width * (uint64_t)image->height > INT32_MAX / (4 * sizeof(float)))
-        return pel_fail(error, PEL_ERROR_UNSUPPORTED, "a picture of %d x %d is more than the GPU engine draws; use --device cpu", image->width,
-                        image->height);
-    GLuint program = drawing_program(rc, error);
-    if (!program || !pel_texture_reserve(rc->device, &rc->picture, GL_RGBA32F, image->width, image->height, 0, GL_NEAREST, error) ||
-        !pel_texture_reserve(rc->device, &rc->depth, GL_R32F, image->width, image->height, 0, GL_NEAREST, error) ||
-        !pel_buffer_fill(rc->device, &rc->counters, none, sizeof none, error))
-        return false;
-    double start = pel_now_ms();
-    pel_gpu_timer_begin(rc->device, &rc->timer, "raycast: cast rays");
-    bind(rc);
-    glUseProgram(program);
-    glBindImageTexture(0, rc->picture.name, 0, GL_FALSE, 0, GL_WRITE_ONLY, GL_RGBA32F);
-    glBindImageTexture(1, rc->depth.name, 0, GL_FALSE, 0, GL_WRITE_ONLY, GL_R32F);
-    glDispatchCompute((GLuint)(image->width + PIXEL_GROUP - 1) / PIXEL_GROUP, (GLuint)(image->height + PIXEL_GROUP - 1) / PIXEL_GROUP, 1);
-    pel_gpu_timer_end(&rc->timer);
-    double gpu_ms = pel_gpu_timer_ms(&rc->timer);
-    pel_frame_stage_gpu(frame, "cast rays", start, gpu_ms);
-    start = pel_now_ms();
-    bool ok = read_back(rc, image, error);
-    pel_frame_stage(frame, "read back", start);
-    return ok;
+    uint32_t counted[4] = { 0 };
+    glGetNamedBufferSubData(rc->counters.name, 0, sizeof counted, counted);
+    uint64_t taken = counted[0] | (uint64_t)counted[1] << 32, in_box = counted[2] | (uint64_t)counted[3] << 32, cells = 1;
+    int resident = 0;
+    for (int a = 0; a < 3; a++)
+        cells *= (uint64_t)((rc->plan.dims[a] - 1) / PEL_CELL_SIZE + 1);
+    for (int i = 0; i < rc->brick_count; i++)
+        resident += rc->bricks[i].texture.name != 0;
+    pel_frame_count(frame, "samples taken", taken);
+    pel_frame_count(frame, "samples skipped", in_box > taken ? in_box - taken : 0);
+    pel_frame_count(frame, "cells", cells);
+    if (!rc->in_bricks) /* else those of bricks that are not there are not known */
+        pel_frame_count(frame, "cells that may be seen", rc->bricks[0].cells.visible);
+    pel_frame_count(frame, "bytes on the device", rc->device->bytes);
+    if (rc->in_bricks) {
+        pel_frame_count(frame, "bricks", (uint64_t)rc->brick_count);
+        pel_frame_count(frame, "bricks on the device", (uint64_t)resident);
+        pel_frame_count(frame, "bricks sent", rc->uploads);
+    }
+    rc->uploads = 0;
 }
 
 bool pel_gpu_raycaster_draw(struct pel_gpu_raycaster *rc, const struct pel_frame *frame, struct pel_error *error)
 {
-    uint32_t counted[4] = { 0 };
-    bool ok = cast_rays(rc, frame, error);
-    if (ok) {
-        glGetNamedBufferSubData(rc->counters.name, 0, sizeof counted, counted);
-        if (rc->seen.name)
-            glGetNamedBufferSubData(rc->seen.name, 0, sizeof rc->visible_cells, &rc->visible_cells);
-        ok = pel_device_check(rc->device, "counters", error);
-    }
-    uint64_t taken = counted[0] | (uint64_t)counted[1] << 32, in_box = counted[2] | (uint64_t)counted[3] << 32;
-    pel_frame_count(frame, "samples taken", taken);
-    pel_frame_count(frame, "samples skipped", in_box > taken ? in_box - taken : 0);
-    pel_frame_count(frame, "cells", rc->cell_count);
-    pel_frame_count(frame, "cells that may be seen", rc->visible_cells);
-    pel_frame_count(frame, "bytes on the device", rc->device->bytes);
-    return ok;
+    if (!reserve_picture(rc, frame->image, error) || !cast_rays(rc, frame, error))
+        return false;
+    double start = pel_now_ms();
+    bool ok = read_back(rc, frame->image, error);
+    pel_frame_stage(frame, "read back", start);
+    note_counters(rc, frame);
+    return ok && pel_device_check(rc->device, "counters", error);
 }

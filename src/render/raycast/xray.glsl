@@ -20,6 +20,18 @@ int march_probe(const Ray r, int k, float at, vec3 p)
     return GO_ON;
 }
 
+bool march_load(const Ray r, vec4 kept, float at)
+{
+    total = kept.x;
+    return true;
+}
+
+vec4 march_save(out float at)
+{
+    at = 0.0;
+    return vec4(total);
+}
+
 void march_end(const Ray r)
 {
     float alpha = 1.0 - exp(-total);

@@ -1,0 +1,30 @@
+/* SPDX-License-Identifier: MIT */
+/* A volume, or a box of it, as a 3D texture in its native type: 8 and 16 bits as they are (signed ones with the sign bit turned, so that
+ * they rise from 0), float as it is; 32-bit integers and doubles become float parts of the volume's range. */
+#ifndef PEL_RENDER_GPU_VOLUME_H
+#define PEL_RENDER_GPU_VOLUME_H
+
+#include <pellucid/volume.h>
+
+#include "classify.h"
+#include "objects.h"
+
+/* How a volume's values lie on the device. */
+struct pel_gpu_format {
+    GLenum texture;                    /* sized internal format */
+    int bytes;                         /* a voxel */
+    struct pel_raw_scale raw;          /* of the shaders' raw values: value = raw * scale + offset */
+    float texel_scale, texel_offset;   /* raw = texel * scale + offset */
+    bool voids, void_by_value;         /* some voxel may be void; by value */
+    float void_raw;
+    float least, most, gradient_scale; /* of the whole volume, raw; 1 / its range */
+};
+
+/* Looks through all samples of a real volume for values that are not finite. */
+struct pel_gpu_format pel_gpu_format_of(const struct pel_device *device, const struct pel_volume *volume, int threads);
+
+/* Copies the box of `size` voxels from `origin` on to the device, in a texture of its size. */
+bool pel_gpu_volume_upload(struct pel_device *device, const struct pel_gpu_format *format, const struct pel_volume *volume,
+                           const int origin[3], const int size[3], int threads, struct pel_texture *to, struct pel_error *error);
+
+#endif
