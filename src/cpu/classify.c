@@ -2,6 +2,7 @@
 #include "classify.h"
 
 #include <math.h>
+#include <stdatomic.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -262,26 +263,59 @@ bool pel_classify(struct pel_classification_state *state, const struct pel_scene
     return true;
 }
 
-bool pel_classify_may_be_seen(struct pel_classification_state *state, const struct pel_scene *scene, const struct pel_minmax *minmax,
-                              struct pel_raw_scale raw, const struct pel_job *job, const int first[3], const int count[3])
+struct box {
+    struct marking marking;
+    const int *first, *count;
+    uint8_t *marks;          /* or NULL */
+    atomic_size_t visible;
+};
+
+/* A row of the box from cell `row` of the grid on; gives how many cells may be seen, without marks 1 at the first. */
+static size_t mark_row(const struct box *b, size_t y, size_t z, uint8_t *to)
 {
-    const struct pel_minmax_level *cells = &minmax->cells, *blocks = &minmax->blocks;
+    const struct pel_minmax_level *cells = &b->marking.minmax->cells, *blocks = &b->marking.minmax->blocks;
+    size_t row = (z * cells->dims[1] + y) * cells->dims[0], block_row = ((z / 4) * blocks->dims[1] + y / 4) * blocks->dims[0], visible = 0;
+    size_t first = (size_t)b->first[0], last = first + (size_t)b->count[0];
+    bool any = false;
+    for (size_t x = first; x < last; x++) {
+        if (x % 4 == 0 || x == first)
+            any = may_be_seen(&b->marking, blocks->least[block_row + x / 4], blocks->most[block_row + x / 4]);
+        bool seen = any && may_be_seen(&b->marking, cells->least[row + x], cells->most[row + x]);
+        visible += seen;
+        if (to)
+            *to++ = !seen;
+        else if (seen)
+            break;
+    }
+    return visible;
+}
+
+static void mark_box_slab(void *context, size_t z, int thread)
+{
+    (void)thread;
+    struct box *b = context;
+    size_t visible = 0;
+    for (int y = 0; y < b->count[1]; y++) {
+        if (!b->marks && atomic_load_explicit(&b->visible, memory_order_relaxed) > 0)
+            return;
+        uint8_t *to = b->marks ? b->marks + (z * (size_t)b->count[1] + (size_t)y) * (size_t)b->count[0] : NULL;
+        visible += mark_row(b, (size_t)(b->first[1] + y), (size_t)b->first[2] + z, to);
+        if (!b->marks && visible)
+            break;
+    }
+    atomic_fetch_add_explicit(&b->visible, visible, memory_order_relaxed);
+}
+
+size_t pel_classify_box(struct pel_classification_state *state, const struct pel_scene *scene, const struct pel_minmax *minmax,
+                        struct pel_raw_scale raw, const struct pel_job *job, const int first[3], const int count[3], int threads,
+                        uint8_t *marks)
+{
     const double *range = scene->volume->range;
     struct marking m = { state, minmax, job, raw, nextafterf((float)range[0], -INFINITY), nextafterf((float)range[1], INFINITY), NULL };
-    if (!pel_mode_has_map(job->mode))
-        return true;
-    for (size_t z = (size_t)first[2]; z < (size_t)(first[2] + count[2]); z++)
-        for (size_t y = (size_t)first[1]; y < (size_t)(first[1] + count[1]); y++) {
-            size_t row = (z * cells->dims[1] + y) * cells->dims[0], block_row = ((z / 4) * blocks->dims[1] + y / 4) * blocks->dims[0];
-            bool any = false;
-            for (size_t x = (size_t)first[0]; x < (size_t)(first[0] + count[0]); x++) {
-                if (x % 4 == 0 || x == (size_t)first[0])
-                    any = may_be_seen(&m, blocks->least[block_row + x / 4], blocks->most[block_row + x / 4]);
-                if (any && may_be_seen(&m, cells->least[row + x], cells->most[row + x]))
-                    return true;
-            }
-        }
-    return false;
+    struct box b = { m, first, count, marks, 0 };
+    pel_parallel_for(threads, (size_t)count[2], mark_box_slab, &b);
+    size_t visible = atomic_load(&b.visible);
+    return marks ? visible : visible > 0;
 }
 
 struct mapping {

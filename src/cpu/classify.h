@@ -39,9 +39,11 @@ bool pel_classify(struct pel_classification_state *state, const struct pel_scene
                   struct pel_raw_scale raw, int threads, struct pel_job *job, struct pel_error *error);
 /* Makes sure that there is a distance map for each octant into which rays go; `wanted` has a bit for each. */
 bool pel_classify_octants(struct pel_classification_state *state, unsigned wanted, int threads, struct pel_error *error);
-/* May anything in these cells of the grid (first ones, and how many along each axis) be seen, after pel_classify_tables? */
-bool pel_classify_may_be_seen(struct pel_classification_state *state, const struct pel_scene *scene, const struct pel_minmax *minmax,
-                              struct pel_raw_scale raw, const struct pel_job *job, const int first[3], const int count[3]);
+/* Which cells of a box of the grid (the first ones, and how many along each axis) may be seen, after pel_classify_tables: a byte a cell, 0
+ * where it may, x fastest, into `marks`, and how many. Where `marks` is NULL, only whether any may: 0 or 1. */
+size_t pel_classify_box(struct pel_classification_state *state, const struct pel_scene *scene, const struct pel_minmax *minmax,
+                        struct pel_raw_scale raw, const struct pel_job *job, const int first[3], const int count[3], int threads,
+                        uint8_t *marks);
 void pel_classify_finish(struct pel_classification_state *state);
 
 #endif

@@ -34,31 +34,6 @@ static void dispatch(const int count[3])
                     GL_TEXTURE_UPDATE_BARRIER_BIT);
 }
 
-bool pel_gpu_cells_send(const struct pel_gpu_cell_maker *maker, struct pel_gpu_cells *cells, const struct pel_minmax *minmax,
-                        const struct pel_gpu_box *box, struct pel_raw_scale raw, struct pel_error *error)
-{
-    const struct pel_minmax_level *from = &minmax->cells;
-    float(*pairs)[2] = pel_alloc_aligned(total(box->cells), sizeof *pairs, "min-max grid", error);
-    if (!pairs || !reserve(maker->device, &cells->grid, GL_RG32F, box->cells, 1, error)) {
-        free(pairs);
-        return false;
-    }
-    memcpy(cells->count, box->cells, sizeof cells->count);
-    size_t at = 0;
-    for (int z = 0; z < box->cells[2]; z++)
-        for (int y = 0; y < box->cells[1]; y++) {
-            size_t row = ((size_t)(box->first_cell[2] + z) * from->dims[1] + (size_t)(box->first_cell[1] + y)) * from->dims[0] +
-                         (size_t)box->first_cell[0];
-            for (int x = 0; x < box->cells[0]; x++, at++) {
-                pairs[at][0] = (float)((from->least[row + (size_t)x] - raw.offset) / raw.scale);
-                pairs[at][1] = (float)((from->most[row + (size_t)x] - raw.offset) / raw.scale);
-            }
-        }
-    glTextureSubImage3D(cells->grid.name, 0, 0, 0, 0, box->cells[0], box->cells[1], box->cells[2], GL_RG, GL_FLOAT, pairs);
-    free(pairs);
-    return pel_device_check(maker->device, "min-max grid", error);
-}
-
 bool pel_gpu_cells_build(const struct pel_gpu_cell_maker *maker, struct pel_gpu_cells *cells, const struct pel_gpu_box *box, bool voids,
                          struct pel_error *error)
 {
@@ -89,6 +64,26 @@ bool pel_gpu_cells_mark(struct pel_gpu_cell_maker *maker, struct pel_gpu_cells *
     dispatch(cells->count);
     glGetNamedBufferSubData(maker->seen.name, 0, sizeof cells->visible, &cells->visible);
     return pel_device_check(maker->device, "classify", error);
+}
+
+bool pel_gpu_cells_mark_by_cpu(struct pel_gpu_cell_maker *maker, struct pel_gpu_cells *cells, const struct pel_gpu_box *box,
+                               const struct pel_gpu_marking *marking, struct pel_error *error)
+{
+    memcpy(cells->count, box->cells, sizeof cells->count);
+    cells->octants = 0;
+    if (!cells->host_marks && !(cells->host_marks = pel_alloc_aligned(total(box->cells), 1, "visible cells", error)))
+        return false;
+    cells->visible = (uint32_t)pel_classify_box(marking->tables, marking->scene, marking->minmax, marking->raw, marking->job,
+                                                box->first_cell, box->cells, maker->threads, cells->host_marks);
+    if (maker->device->info.software)
+        return true;
+    if (!reserve(maker->device, &cells->marks, GL_R8UI, cells->count, 1, error))
+        return false;
+    glTextureSubImage3D(cells->marks.name, 0, 0, 0, 0, cells->count[0], cells->count[1], cells->count[2], GL_RED_INTEGER, GL_UNSIGNED_BYTE,
+                        cells->host_marks);
+    free(cells->host_marks);
+    cells->host_marks = NULL;
+    return pel_device_check(maker->device, "visible cells", error);
 }
 
 /* The distance map of one octant, in three passes: x, y and z; the last writes into its place among the octants' maps. */
@@ -140,22 +135,19 @@ static bool send_maps(struct pel_gpu_cell_maker *maker, struct pel_gpu_cells *ce
 {
     const int *c = cells->count;
     size_t n = total(c);
-    uint8_t *marks = pel_alloc_aligned(n * 9, 1, "distance maps", error);
-    if (!marks)
+    uint8_t *maps = pel_alloc_aligned(n * 8, 1, "distance maps", error);
+    if (!maps)
         return false;
-    struct mapping m = { marks, { (size_t)c[0], (size_t)c[1], (size_t)c[2] }, marks + n, wanted, { false } };
-    glPixelStorei(GL_PACK_ALIGNMENT, 1);
-    glPixelStorei(GL_UNPACK_ALIGNMENT, 1);
-    glGetTextureImage(cells->marks.name, 0, GL_RED_INTEGER, GL_UNSIGNED_BYTE, (GLsizei)n, marks);
+    struct mapping m = { cells->host_marks, { (size_t)c[0], (size_t)c[1], (size_t)c[2] }, maps, wanted, { false } };
     pel_parallel_for(maker->threads, 8, map_on_cpu, &m);
     bool ok = true;
     for (int o = 0; o < 8; o++) {
         ok &= !m.failed[o];
         if (wanted & 1u << o)
             glTextureSubImage3D(cells->distances.name, 0, 0, 0, o * c[2], c[0], c[1], c[2], GL_RED_INTEGER, GL_UNSIGNED_BYTE,
-                                m.maps + (size_t)o * n);
+                                maps + (size_t)o * n);
     }
-    free(marks);
+    free(maps);
     return ok ? pel_device_check(maker->device, "distance maps", error) : pel_fail(error, PEL_ERROR_MEMORY, "distance maps: no memory");
 }
 
@@ -164,7 +156,7 @@ bool pel_gpu_cells_map(struct pel_gpu_cell_maker *maker, struct pel_gpu_cells *c
     unsigned wanted = octants & ~cells->octants;
     if (!reserve(maker->device, &cells->distances, GL_R8UI, cells->count, 8, error))
         return false;
-    if (wanted && !(maker->device->info.software ? send_maps(maker, cells, wanted, error) : make_maps(maker, cells, wanted, error)))
+    if (wanted && !(cells->host_marks ? send_maps(maker, cells, wanted, error) : make_maps(maker, cells, wanted, error)))
         return false;
     cells->octants |= wanted;
     return true;
@@ -175,6 +167,7 @@ void pel_gpu_cells_finish(struct pel_device *device, struct pel_gpu_cells *cells
     pel_texture_destroy(device, &cells->grid);
     pel_texture_destroy(device, &cells->marks);
     pel_texture_destroy(device, &cells->distances);
+    free(cells->host_marks);
     memset(cells, 0, sizeof *cells);
 }
 

@@ -39,7 +39,7 @@ struct pel_gpu_raycaster {
     int *order;
     int brick_count;
     bool in_bricks;       /* there are several */
-    struct pel_minmax minmax; /* of the whole volume, where the device does not make it */
+    struct pel_minmax minmax; /* of the whole volume, where the device does not make its own */
     uint64_t budget;      /* bytes that bricks may take on the device; 0: any */
     uint64_t taken;       /* that they take */
     uint64_t passes, uploads;
@@ -176,16 +176,25 @@ static bool upload(struct pel_gpu_raycaster *rc, const struct pel_frame *frame, 
     }
 }
 
+/* Hardware makes the grid of a whole volume itself; else the CPU keeps it. */
+static bool grid_on_device(const struct pel_gpu_raycaster *rc)
+{
+    return !rc->in_bricks && !rc->device->info.software;
+}
+
 static bool make_grid(struct pel_gpu_raycaster *rc, const struct pel_frame *frame, struct brick *brick, struct pel_error *error)
 {
-    if (!rc->in_bricks && !rc->device->info.software)
-        return pel_gpu_cells_build(&rc->maker, &brick->cells, &brick->box, rc->format.voids, error);
-    if (!rc->minmax.cells.least && !pel_minmax_init(&rc->minmax, frame->scene->volume, frame->threads, error))
-        return false;
-    bool ok = pel_gpu_cells_send(&rc->maker, &brick->cells, &rc->minmax, &brick->box, rc->format.raw, error);
-    if (!rc->in_bricks) /* it is on the device now */
-        pel_minmax_finish(&rc->minmax);
-    return ok;
+    if (grid_on_device(rc))
+        return brick->cells.grid.name || pel_gpu_cells_build(&rc->maker, &brick->cells, &brick->box, rc->format.voids, error);
+    return rc->minmax.cells.least || pel_minmax_init(&rc->minmax, frame->scene->volume, frame->threads, error);
+}
+
+static bool mark(struct pel_gpu_raycaster *rc, const struct pel_frame *frame, struct brick *brick, struct pel_error *error)
+{
+    if (grid_on_device(rc))
+        return pel_gpu_cells_mark(&rc->maker, &brick->cells, rc->job.mode, error);
+    const struct pel_gpu_marking marking = { &rc->tables, frame->scene, &rc->minmax, rc->format.raw, &rc->job };
+    return pel_gpu_cells_mark_by_cpu(&rc->maker, &brick->cells, &brick->box, &marking, error);
 }
 
 /* Sees to it that all of a brick that the job needs is on the device. */
@@ -201,11 +210,11 @@ static bool make_ready(struct pel_gpu_raycaster *rc, const struct pel_frame *fra
         return false;
     bind(rc, brick);
     start = pel_now_ms();
-    if (!brick->cells.grid.name && !make_grid(rc, frame, brick, error))
+    if (maps && !make_grid(rc, frame, brick, error))
         return false;
     spent->grid += pel_now_ms() - start;
     start = pel_now_ms();
-    if (maps && !brick->marked && !pel_gpu_cells_mark(&rc->maker, &brick->cells, rc->job.mode, error))
+    if (maps && !brick->marked && !mark(rc, frame, brick, error))
         return false;
     brick->marked |= maps;
     spent->classify += pel_now_ms() - start;
@@ -268,13 +277,18 @@ static void look_into(void *context, size_t i, int thread)
     (void)thread;
     const struct looking *l = context;
     struct brick *brick = &l->rc->bricks[i];
-    brick->empty = !pel_classify_may_be_seen(&l->rc->tables, l->scene, &l->rc->minmax, l->rc->format.raw, &l->rc->job,
-                                             brick->box.first_cell, brick->box.cells);
+    brick->empty = !pel_classify_box(&l->rc->tables, l->scene, &l->rc->minmax, l->rc->format.raw, &l->rc->job, brick->box.first_cell,
+                                     brick->box.cells, 1, NULL);
 }
 
-/* Which bricks may be seen at all, from the whole volume's grid. */
+/* Which bricks may be seen at all, from the whole volume's grid; all of them where nothing is passed over. */
 static bool find_empty_bricks(struct pel_gpu_raycaster *rc, const struct pel_frame *frame, struct pel_error *error)
 {
+    const bool passing = pel_mode_has_map(rc->job.mode) && rc->job.skip;
+    for (int i = 0; i < rc->brick_count; i++)
+        rc->bricks[i].empty = false;
+    if (!passing)
+        return true;
     if (!rc->minmax.cells.least) {
         double start = pel_now_ms();
         if (!pel_minmax_init(&rc->minmax, frame->scene->volume, frame->threads, error))
