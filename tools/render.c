@@ -240,13 +240,17 @@ static bool draw(const struct values *values, const struct arguments *arguments,
     struct pel_renderer *renderer = pel_renderer_create(&params, error);
     if (!renderer || !pel_image_allocate(&image, values->scene.size[0], values->scene.size[1], values->depth[0], error))
         goto cleanup;
-    progress_begin(progress, "drawing", frames);
+    const int draws = 1 + loaded->scene.render.refine; /* of a picture */
+    progress_begin(progress, "drawing", frames * draws);
     for (int i = 0; i < frames; i++) {
-        progress->part = i;
+        progress->part = i * draws;
         if (turntable)
             scene_move_camera(loaded, &values->scene, 360.0 * i / frames);
-        if (!pel_renderer_draw(renderer, &loaded->scene, loaded->technique, &image, error))
-            goto cleanup;
+        do {
+            if (!pel_renderer_draw(renderer, &loaded->scene, loaded->technique, &image, error))
+                goto cleanup;
+            progress->part++;
+        } while (!pel_renderer_finished(renderer));
         if (interruption()) {
             tool_fail(error, PEL_ERROR_CANCELLED, "interrupted");
             goto cleanup;

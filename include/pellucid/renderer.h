@@ -47,7 +47,7 @@ struct pel_frame_stats {
     } stages[PEL_MAX_STAGES];
     int counter_count;
     struct {
-        const char *name; /* "samples taken", "samples skipped", "rays culled", "bytes beside the volume" */
+        const char *name; /* "samples taken", "samples skipped", "rays culled", "bytes beside the volume", "frames averaged" */
         uint64_t value;
     } counters[PEL_MAX_COUNTERS];
 };
@@ -70,6 +70,16 @@ void pel_renderer_destroy(struct pel_renderer *renderer);
  * the image keeps its alpha, see pel_image_write_params. `technique` NULL: "raycast". */
 bool pel_renderer_draw(struct pel_renderer *renderer, const struct pel_scene *scene, const char *technique, struct pel_image *image,
                        struct pel_error *error);
+
+/* Refinement at rest: where scene->render.refine is N > 0, the first draw of a view is as the settings say. Each further draw of the same scene,
+ * technique and size draws one more frame, with jitter and a step of half a voxel at most, each frame with its samples elsewhere, and returns
+ * the mean of these frames so far. The counter "frames averaged" tells their number: 0 at first. Once it is N (at once where jitter moves
+ * nothing, since then all frames are alike) the picture is returned without drawing. Depth stays the first draw's. Any change
+ * starts over, also asking for depth where the first draw was not asked. A draw that fails adds no frame. The renderer holds a copy of the
+ * picture for it.
+ *
+ * True where another draw of the scene last drawn would change nothing: it was drawn, and refine is 0 or N frames are averaged. */
+bool pel_renderer_finished(const struct pel_renderer *renderer);
 
 /* Statistics of the last draw; valid until the next. */
 const struct pel_frame_stats *pel_renderer_stats(const struct pel_renderer *renderer);

@@ -42,6 +42,7 @@ struct pel_render_settings {
     enum pel_mode mode;
     double step;        /* distance between samples along a ray, in voxels of the least spacing; > 0 */
     bool jitter;        /* move each ray's samples by a fixed pseudo-random part of the step: noise in place of rings. Deterministic */
+    int refine;         /* frames of a still view that are averaged into a finer picture (pel_renderer_draw); 0: none */
     double termination; /* a ray ends once its opacity reaches this; 1: never */
     bool skip;          /* pass over what cannot be seen; never changes a byte of the picture */
     enum pel_classification classification;

@@ -39,7 +39,7 @@ struct pel_job {
     int plane_count;
     double planes[PEL_MAX_CLIP_PLANES + 6][4]; /* a x + b y + c z + d >= 0 is kept; index space */
     double step;                               /* world length */
-    bool jitter;
+    int jitter;                                /* 0: none, else 1 + the frame's number (jitter.h) */
 
     /* Voxels. */
     const void *data;

@@ -126,7 +126,7 @@ __attribute__((noinline, unused)) static bool packet_init(const struct pel_job *
     memcpy(&r->fraction, fraction, sizeof fraction);
     r->offset = vf_set(0.5f);
     for (int i = 0; job->jitter && i < W; i++)
-        r->offset[i] = pel_jitter(x + i % PACKET_WIDTH, y + i / PACKET_WIDTH);
+        r->offset[i] = pel_jitter(x + i % PACKET_WIDTH, y + i / PACKET_WIDTH, job->jitter - 1);
     r->last = vf_max(vi_to_vf(r->n - 1) + r->offset * r->fraction, vf_set(0)); /* lanes that miss stay at their entry */
     return true;
 }

@@ -156,6 +156,11 @@ bool pel_raycaster_classify(struct pel_raycaster *rc, const struct pel_scene *sc
     return pel_classify(&rc->state, scene, &rc->minmax, rc->raw, rc->threads, &rc->job, error);
 }
 
+bool pel_raycaster_set_step(struct pel_raycaster *rc, const struct pel_scene *scene, struct pel_error *error)
+{
+    return pel_classify_tables(&rc->state, scene, rc->raw, &rc->job, error);
+}
+
 static pel_kernel choose_kernel(const struct pel_raycaster *rc)
 {
     const struct pel_kernels *k = rc->kernels[rc->kind];
@@ -223,10 +228,10 @@ static void encode_row(void *context, size_t y, int thread)
     }
 }
 
-bool pel_raycaster_aim(struct pel_raycaster *rc, const struct pel_scene *scene, int width, int height, struct pel_error *error)
+bool pel_raycaster_aim(struct pel_raycaster *rc, const struct pel_scene *scene, int jitter, int width, int height, struct pel_error *error)
 {
     struct pel_job *job = &rc->job;
-    pel_rays_setup(job, scene, width, height);
+    pel_rays_setup(job, scene, jitter, width, height);
     job->skip &= !pel_mode_has_map(job->mode) || rc->state.map_bytes > 0;
     job->spans = NULL;
     job->looks = false;

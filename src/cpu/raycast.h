@@ -28,6 +28,9 @@ bool pel_raycaster_set_volume(struct pel_raycaster *raycaster, const struct pel_
 /* Layer 2: tables and marks of visible cells for the scene's transfer function, isosurfaces and settings. */
 bool pel_raycaster_classify(struct pel_raycaster *raycaster, const struct pel_scene *scene, struct pel_error *error);
 
+/* The part of layer 2 that the step alone decides: the tables. Which cells may be seen does not hang on it. */
+bool pel_raycaster_set_step(struct pel_raycaster *raycaster, const struct pel_scene *scene, struct pel_error *error);
+
 struct pel_raycast_counters {
     uint64_t in_box, taken; /* samples in the stretches of the rays that were cast; samples taken */
     uint64_t culled;        /* rays that were not cast: nothing in their pixels */
@@ -36,8 +39,9 @@ struct pel_raycast_counters {
 };
 
 /* Layer 3: rays for a picture of this size, the cells that may be seen projected onto it, and distance maps for the directions in which its
- * rays go. */
-bool pel_raycaster_aim(struct pel_raycaster *raycaster, const struct pel_scene *scene, int width, int height, struct pel_error *error);
+ * rays go. `jitter`: 0 for none, else 1 + the frame's number (jitter.h). */
+bool pel_raycaster_aim(struct pel_raycaster *raycaster, const struct pel_scene *scene, int jitter, int width, int height,
+                       struct pel_error *error);
 
 /* Draws. The scene has passed pel_scene_check and is the one that was classified and aimed at. */
 bool pel_raycaster_draw(struct pel_raycaster *raycaster, const struct pel_scene *scene, const struct pel_progress *progress,

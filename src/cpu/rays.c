@@ -128,7 +128,6 @@ static void settings(struct pel_job *job, const struct pel_scene *scene)
     const struct pel_render_settings *s = &scene->render;
     job->step = s->step * pel_volume_least_spacing(scene->volume);
     job->steps_a_voxel = (float)(1 / s->step);
-    job->jitter = s->jitter;
     job->classification = s->classification;
     job->nearest = s->mode != PEL_MODE_ISOSURFACE && (s->reconstruction == PEL_RECONSTRUCTION_NEAREST ||
                                                       (s->reconstruction == PEL_RECONSTRUCTION_AUTO && scene->volume->labels));
@@ -212,7 +211,7 @@ bool pel_rays_rectangle(const struct pel_job *job, bool parallel, const double l
     return behind < 8 && rectangle[0] < rectangle[2] && rectangle[1] < rectangle[3];
 }
 
-void pel_rays_setup(struct pel_job *job, const struct pel_scene *scene, int width, int height)
+void pel_rays_setup(struct pel_job *job, const struct pel_scene *scene, int jitter, int width, int height)
 {
     const struct pel_volume *v = scene->volume;
     double affine[3][4], to_world[3][3], to_index[3][3];
@@ -220,6 +219,7 @@ void pel_rays_setup(struct pel_job *job, const struct pel_scene *scene, int widt
     for (int i = 0; i < 3; i++)
         memcpy(to_world[i], affine[i], sizeof to_world[i]);
     pel_invert3((const double(*)[3])to_world, to_index);
+    job->jitter = jitter;
     job->width = width;
     job->height = height;
     clipping(job, scene, (const double(*)[3])to_world);

@@ -5,8 +5,9 @@
 
 #include "kernel.h"
 
-/* Fills the parts of the job that describe rays, clipping, lights, the metric and the settings. The volume is scene->volume. */
-void pel_rays_setup(struct pel_job *job, const struct pel_scene *scene, int width, int height);
+/* Fills the parts of the job that describe rays, clipping, lights, the metric and the settings. The volume is scene->volume. `jitter` as in
+ * struct pel_job. */
+void pel_rays_setup(struct pel_job *job, const struct pel_scene *scene, int jitter, int width, int height);
 
 /* Octants of directions (distance_map.h) into which the job's rays go, a bit for each. */
 unsigned pel_rays_octants(const struct pel_job *job);

@@ -20,6 +20,7 @@ struct reference {
     struct pel_reference_integral integral; /* preintegrated classification only */
     struct pel_image *image;
     double dt;       /* world length of a full segment */
+    int jitter;
     int first_row;   /* of the band that is being drawn */
 };
 
@@ -93,7 +94,7 @@ static bool make_ray(const struct reference *r, int x, int y, struct ray *ray)
     /* "Samples": a last segment shorter than a thousandth of dt belongs to the one before it. */
     double n = ceil((ray->b - ray->a) / r->dt - 0.001);
     ray->segments = n < 1 ? 1 : (size_t)n;
-    ray->fraction = scene->render.jitter ? (double)pel_jitter(x, y) : 0.5;
+    ray->fraction = r->jitter ? (double)pel_jitter(x, y, r->jitter - 1) : 0.5;
     return true;
 }
 
@@ -378,10 +379,10 @@ static void draw_row(void *context, size_t item, int thread)
     }
 }
 
-bool pel_reference_draw(const struct pel_scene *scene, int threads, const struct pel_progress *progress, struct pel_image *image,
-                        uint64_t *samples, struct pel_error *error)
+bool pel_reference_draw(const struct pel_scene *scene, int jitter, int threads, const struct pel_progress *progress,
+                        struct pel_image *image, uint64_t *samples, struct pel_error *error)
 {
-    struct reference r = { .scene = scene, .image = image, .classification = scene->render.classification };
+    struct reference r = { .scene = scene, .image = image, .jitter = jitter, .classification = scene->render.classification };
     uint64_t total = 0;
     bool done = false;
     pel_reference_signal_init(&r.signal, scene);

@@ -9,9 +9,10 @@
 #include <pellucid/scene.h>
 
 /* Draws into `image` (allocated; depth filled where it has one). Rows are shared among threads; the bytes do not depend on how many. The
- * scene has passed pel_scene_check. `samples` (nullable) gets the number of samples taken. Settings that only make things faster (skip) are
+ * scene has passed pel_scene_check. `jitter`: 0 for none, else 1 + the frame's number (jitter.h).
+ * `samples` (nullable) gets the number of samples taken. Settings that only make things faster (skip) are
  * ignored; termination is ignored too: the whole integral is computed. */
-bool pel_reference_draw(const struct pel_scene *scene, int threads, const struct pel_progress *progress, struct pel_image *image,
-                        uint64_t *samples, struct pel_error *error);
+bool pel_reference_draw(const struct pel_scene *scene, int jitter, int threads, const struct pel_progress *progress,
+                        struct pel_image *image, uint64_t *samples, struct pel_error *error);
 
 #endif

@@ -8,15 +8,18 @@
 #include "device_gl.h"
 #include "fail.h"
 #include "parallel.h"
+#include "refine.h"
 #include "technique.h"
 #include "timer.h"
 
 #define MAX_TECHNIQUES 32
+#define SETTINGS ((unsigned)PEL_CHANGE_SETTINGS | PEL_CHANGE_STEP)
 
 /* What a technique has seen: a copy of the scene (whose volume pointer is only compared) and the picture's size. */
 struct seen {
     bool any;
     struct pel_scene scene; /* its transfer function is a copy of our own; `source` is left out */
+    struct pel_render_settings drawn; /* with which the technique drew it: refined frames have a step of their own */
     struct pel_volume volume;
     int width, height;
 };
@@ -26,6 +29,8 @@ struct pel_renderer {
     int threads;
     void *states[MAX_TECHNIQUES];
     struct seen *seen[MAX_TECHNIQUES];
+    struct pel_refinement refinement; /* of the view that was drawn last */
+    bool finished;
     struct pel_frame_stats stats;
 };
 
@@ -45,6 +50,11 @@ static void forget(struct pel_renderer *r, size_t i)
         pel_transfer_finish(&r->seen[i]->scene.transfer);
     free(r->seen[i]);
     r->seen[i] = NULL;
+}
+
+static struct pel_device *device_for(const struct pel_renderer *r, const struct pel_technique *technique)
+{
+    return technique->info.engines & PEL_ENGINE_GPU ? r->params.device : NULL;
 }
 
 /* Makes the device current for techniques, if there is one; a host's context is given back as it was. */
@@ -81,6 +91,7 @@ void pel_renderer_destroy(struct pel_renderer *r)
     }
     if (entered)
         leave_device(r->params.device, &saved);
+    pel_refine_finish(&r->refinement);
     free(r);
 }
 
@@ -88,6 +99,11 @@ void pel_renderer_invalidate(struct pel_renderer *r)
 {
     for (size_t i = 0; pel_techniques[i]; i++)
         forget(r, i);
+}
+
+bool pel_renderer_finished(const struct pel_renderer *r)
+{
+    return r->finished;
 }
 
 const struct pel_frame_stats *pel_renderer_stats(const struct pel_renderer *r)
@@ -103,6 +119,17 @@ static bool same_volume(const struct pel_volume *a, const struct pel_volume *b)
            !memcmp(&a->void_value, &b->void_value, sizeof a->void_value) && !memcmp(a->range, b->range, sizeof a->range);
 }
 
+/* Jitter is told with each frame, and refining is the renderer's own. */
+static unsigned settings_changed(const struct pel_render_settings *then, const struct pel_render_settings *now)
+{
+    struct pel_render_settings rest;
+    memcpy(&rest, then, sizeof rest); /* with its padding */
+    rest.step = now->step;
+    rest.jitter = now->jitter;
+    rest.refine = now->refine;
+    return (then->step != now->step ? PEL_CHANGE_STEP : 0) | (memcmp(&rest, now, sizeof rest) ? PEL_CHANGE_SETTINGS : 0);
+}
+
 /* Plain structs are compared as bytes: padding that differs only means that something is prepared once more. */
 static unsigned changes_since(const struct seen *seen, const struct pel_scene *now, const struct pel_image *image)
 {
@@ -116,8 +143,7 @@ static unsigned changes_since(const struct seen *seen, const struct pel_scene *n
         changes |= PEL_CHANGE_TRANSFER;
     if (then->isosurface_count != now->isosurface_count || memcmp(then->isosurfaces, now->isosurfaces, sizeof now->isosurfaces))
         changes |= PEL_CHANGE_ISOSURFACES;
-    if (memcmp(&then->render, &now->render, sizeof now->render))
-        changes |= PEL_CHANGE_SETTINGS;
+    changes |= settings_changed(&then->render, &now->render);
     if (memcmp(&then->camera, &now->camera, sizeof now->camera))
         changes |= PEL_CHANGE_CAMERA;
     if (seen->width != image->width || seen->height != image->height)
@@ -131,8 +157,8 @@ static unsigned changes_since(const struct seen *seen, const struct pel_scene *n
     return changes;
 }
 
-static bool remember(struct pel_renderer *r, size_t i, const struct pel_scene *scene, const struct pel_image *image,
-                     struct pel_error *error)
+static bool remember(struct pel_renderer *r, size_t i, const struct pel_scene *scene, const struct pel_render_settings *drawn,
+                     const struct pel_image *image, struct pel_error *error)
 {
     struct seen *seen = r->seen[i];
     if (!seen) {
@@ -150,34 +176,48 @@ static bool remember(struct pel_renderer *r, size_t i, const struct pel_scene *s
         return false;
     memcpy(&seen->scene, scene, sizeof *scene); /* with its padding, for the comparison */
     seen->scene.transfer = own;
+    memcpy(&seen->drawn, drawn, sizeof *drawn);
     seen->volume = *scene->volume;
     seen->width = image->width;
     seen->height = image->height;
     return true;
 }
 
-static bool draw_with(struct pel_renderer *r, size_t i, const struct pel_scene *scene, struct pel_image *image, struct pel_error *error)
+static void add_counter(struct pel_frame_stats *s, const char *name, uint64_t value)
+{
+    if (s->counter_count == PEL_MAX_COUNTERS)
+        return;
+    s->counters[s->counter_count].name = name;
+    s->counters[s->counter_count++].value = value;
+}
+
+/* One frame of the view with these settings in place of the scene's, and `jitter` as in struct pel_frame. */
+static bool draw_frame(struct pel_renderer *r, size_t i, const struct pel_scene *view, const struct pel_render_settings *settings,
+                       int jitter, struct pel_image *image, struct pel_error *error)
 {
     const struct pel_technique *t = pel_techniques[i];
-    r->stats = (struct pel_frame_stats){ .technique = t->info.name, .device = "cpu", .threads = r->threads };
-    struct pel_device *device = t->info.engines & PEL_ENGINE_GPU ? r->params.device : NULL;
+    struct pel_device *device = device_for(r, t);
     if (!device && !(t->info.engines & PEL_ENGINE_CPU))
         return pel_fail(error, PEL_ERROR_UNSUPPORTED, "%s draws on a GPU alone; give the renderer a device", t->info.name);
-    if (device)
-        r->stats.device = pel_device_describe(device)->name;
+    unsigned changes = changes_since(r->seen[i], view, image);
+    if (r->seen[i]) /* the technique drew other settings than the view's where that was refined, or is to be */
+        changes = (changes & ~SETTINGS) | settings_changed(&r->seen[i]->drawn, settings);
+    struct pel_scene scene = *view;
+    scene.render = *settings;
     struct pel_frame frame = {
-        .scene = scene,
+        .scene = &scene,
         .image = image,
         .device = device,
         .threads = r->threads,
-        .changes = changes_since(r->seen[i], scene, image),
+        .jitter = jitter,
+        .changes = changes,
         .progress = &r->params.progress,
         .stats = &r->stats,
     };
     struct pel_gl_saved saved;
     if (!enter_device(device, &saved, error))
         return false;
-    bool ok = t->prepare(&r->states[i], &frame, error) && remember(r, i, scene, image, error);
+    bool ok = t->prepare(&r->states[i], &frame, error) && remember(r, i, view, settings, image, error);
     if (!ok)
         forget(r, i);
     ok = ok && t->draw(r->states[i], &frame, error);
@@ -185,9 +225,58 @@ static bool draw_with(struct pel_renderer *r, size_t i, const struct pel_scene *
     return ok;
 }
 
+/* The next frame of a view at rest into the mean, if it is not finished; and the mean into the image. */
+static bool draw_refined(struct pel_renderer *r, size_t i, const struct pel_scene *scene, struct pel_image *image, struct pel_error *error)
+{
+    struct pel_refinement *f = &r->refinement;
+    if (!pel_refine_done(f)) {
+        struct pel_render_settings settings;
+        struct pel_image colors = *image;
+        colors.depth = NULL;
+        memcpy(&settings, &scene->render, sizeof settings); /* with its padding, for the comparison */
+        pel_refine_settings(&settings);
+        if (!pel_refine_reserve(f, error) || !draw_frame(r, i, scene, &settings, 1 + f->frames, &colors, error))
+            return false;
+        pel_refine_add(f, r->threads, &colors);
+    }
+    pel_refine_show(f, r->threads, image);
+    return true;
+}
+
+static bool draw_with(struct pel_renderer *r, size_t i, const struct pel_scene *scene, struct pel_image *image, struct pel_error *error)
+{
+    struct pel_refinement *f = &r->refinement;
+    const struct pel_device *device = device_for(r, pel_techniques[i]);
+    const struct seen *seen = r->seen[i];
+    bool ok, refine = scene->render.refine > 0;
+    bool rests = refine && seen && !changes_since(seen, scene, image) &&
+                 !memcmp(&seen->scene.render, &scene->render, sizeof scene->render) && pel_refine_continues(f, i, image);
+    r->stats = (struct pel_frame_stats){
+        .technique = pel_techniques[i]->info.name,
+        .device = device ? pel_device_describe(device)->name : "cpu",
+        .isa = rests ? r->stats.isa : NULL,
+        .threads = r->threads,
+    };
+    if (rests) {
+        ok = draw_refined(r, i, scene, image, error);
+    } else {
+        if (refine)
+            pel_refine_restart(f);
+        else
+            pel_refine_finish(f);
+        ok = draw_frame(r, i, scene, &scene->render, scene->render.jitter, image, error) &&
+             (!refine || pel_refine_begin(f, i, scene->render.refine, image, error));
+    }
+    if (refine)
+        add_counter(&r->stats, "frames averaged", (uint64_t)pel_refine_count(f));
+    r->finished = ok && (!refine || pel_refine_done(f));
+    return ok;
+}
+
 bool pel_renderer_draw(struct pel_renderer *r, const struct pel_scene *scene, const char *technique, struct pel_image *image,
                        struct pel_error *error)
 {
+    r->finished = false;
     if (!pel_scene_check(scene, error))
         return false;
     if (!image->rgba || image->width < 1 || image->height < 1)
@@ -221,9 +310,5 @@ void pel_frame_stage_gpu(const struct pel_frame *frame, const char *name, double
 
 void pel_frame_count(const struct pel_frame *frame, const char *name, uint64_t value)
 {
-    struct pel_frame_stats *s = frame->stats;
-    if (s->counter_count == PEL_MAX_COUNTERS)
-        return;
-    s->counters[s->counter_count].name = name;
-    s->counters[s->counter_count++].value = value;
+    add_counter(frame->stats, name, value);
 }

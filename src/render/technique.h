@@ -11,12 +11,13 @@ enum pel_change {
     PEL_CHANGE_VOLUME = 1 << 0,      /* samples or placement */
     PEL_CHANGE_TRANSFER = 1 << 1,    /* curves, unit distance, linear light */
     PEL_CHANGE_ISOSURFACES = 1 << 2,
-    PEL_CHANGE_SETTINGS = 1 << 3,    /* struct pel_render_settings */
+    PEL_CHANGE_SETTINGS = 1 << 3,    /* struct pel_render_settings, but for step and jitter */
     PEL_CHANGE_CAMERA = 1 << 4,
     PEL_CHANGE_SIZE = 1 << 5,
     PEL_CHANGE_CLIPPING = 1 << 6,    /* planes, box, slice */
     PEL_CHANGE_LIGHTS = 1 << 7,
-    PEL_CHANGE_ALL = (1 << 8) - 1,
+    PEL_CHANGE_STEP = 1 << 8,        /* the step alone */
+    PEL_CHANGE_ALL = (1 << 9) - 1,
 };
 
 struct pel_frame {
@@ -24,6 +25,8 @@ struct pel_frame {
     struct pel_image *image;
     struct pel_device *device; /* to draw on, current while the technique runs; NULL: draw on the CPU */
     int threads;
+    int jitter; /* where samples lie in their segments: 0 in the middle, else 1 + the number of the jittered frame (docs/optics.md);
+                   what scene->render.jitter asks for, or refinement; no change tells of it */
     unsigned changes;
     const struct pel_progress *progress;
     struct pel_frame_stats *stats; /* filled through pel_frame_stage and pel_frame_count */

@@ -5,7 +5,7 @@ layout(std140, binding = 0) uniform JobBlock {
     vec4 p0, px, py, d0, dx, dy, w0, wx, wy;
     vec4 ray;         // s_base, s_least, step, how small a component of D counts as 0
     vec4 box_lo, box_hi;
-    ivec4 picture;    // width, height, planes, jitter
+    ivec4 picture;    // width, height, planes, jitter: 0 for none, else 1 + the frame's number
     vec4 planes[12];  // a x + b y + c z + d >= 0 is kept
     ivec4 dims;       // voxels
     ivec4 cells;      // cells of 4^3 voxel steps; w: skip

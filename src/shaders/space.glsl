@@ -10,13 +10,14 @@ struct Ray {
     int octant;       // of directions: bit a is set where the ray goes down along axis a
 };
 
-// The pseudo-random part of a step by which a pixel's samples are moved: src/cpu/jitter.h.
-float jitter_of(uvec2 pixel)
+// The pseudo-random part of a step by which a pixel's samples are moved in a frame: src/cpu/jitter.h.
+float jitter_of(uvec2 pixel, uint frame)
 {
     uint h = pixel.x * 0x9e3779b1u + pixel.y * 0x85ebca77u + 0x27d4eb2fu;
     h = (h ^ (h >> 15)) * 0x2c1b3c6du;
     h = (h ^ (h >> 12)) * 0x297a2d39u;
     h ^= h >> 15;
+    h += frame * 0x9e3779b9u;
     return float(h >> 8) * (1.0 / 16777216.0);
 }
 
@@ -57,7 +58,7 @@ bool ray_of(ivec2 pixel, out Ray r)
     r.o = clamp(p + lo * d, job.box_lo.xyz, job.box_hi.xyz);
     r.d = d * (job.ray.z / world);
     r.inverse = 1.0 / mix(r.d, vec3(1e-12), lessThan(abs(r.d), vec3(1e-12)));
-    r.offset = job.picture.w != 0 ? jitter_of(uvec2(pixel)) : 0.5;
+    r.offset = job.picture.w != 0 ? jitter_of(uvec2(pixel), uint(job.picture.w - 1)) : 0.5;
     r.last = max(float(r.n - 1) + r.offset * r.fraction, 0.0);
     r.entry = (lo + job.ray.x) * world;
     r.octant = (r.d.x < 0.0 ? 1 : 0) + (r.d.y < 0.0 ? 2 : 0) + (r.d.z < 0.0 ? 4 : 0);

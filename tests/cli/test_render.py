@@ -83,6 +83,17 @@ with Folder() as folder:
                         "step": ["--step", "3"], "jitter": ["--jitter"], "pre": ["--classification", "pre"]}.items():
         fine(name, *base, "-o", one, *words)
         check(read(one) != read(folder / "a.png") and colours(one) > 1, name + " makes another picture, not a blank one", colours(one))
+    result = fine("refined", *base, "-o", folder / "r.nrrd", "--step", "2", "--refine", "6", "--stats", "json")
+    check(result.json()["counters"].get("frames averaged") == 6, "--refine draws until it is done", result)
+    result = fine("refined slice", *base, "-o", one, "--mode", "slice", "--refine", "200", "--stats", "json", "--device", "cpu")
+    check(result.json()["counters"].get("frames averaged") == 200 and result.json()["stages"], "where jitter moves nothing that is soon", result)
+    fine("fine", *base, "-o", folder / "f.nrrd", "--step", "0.0625")
+    fine("half", *base, "-o", folder / "h.nrrd", "--step", "0.5")
+    refined, half = [compare(folder / name, folder / "f.nrrd")[1].get("psnr", 0) for name in ["r.nrrd", "h.nrrd"]]
+    check(refined > half + 6, "a refined picture is nearer to the truth", (refined, half))
+    fine("refined turntable", *base, "-o", folder / "turn.nrrd", "--turntable", "2", "--step", "2", "--refine", "6")
+    check(read(folder / "turn_0000.nrrd") == read(folder / "r.nrrd"), "each picture of a turntable is refined")
+    fails("too many frames", 2, "--refine", *base, "-o", one, "--refine", "257")
     for top in ["0,0,9", "0,9,0", "0,0,-9"]:
         fine("straight down from " + top, *base, "-o", one, "--camera-position", top)
         check(colours(one) > 3, "it shows something")

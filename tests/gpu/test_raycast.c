@@ -179,6 +179,60 @@ static void test_reference(void **state)
     pel_volume_finish(&volume);
 }
 
+/* Refined on both engines alike; one refined frame is what its settings draw by themselves, also where the first frame's step is so long that
+ * nothing is passed over, and the interactive step comes back. */
+static void test_refine(void **state)
+{
+    (void)state;
+    need_device();
+    struct pel_volume volume;
+    struct pel_scene scene;
+    struct pel_error error = PEL_ERROR_INIT;
+    struct pel_renderer *renderer = gpu_renderer(), *cpu = pel_renderer_create(&(struct pel_renderer_params)PEL_RENDERER_PARAMS_INIT, &error);
+    make_typed(&volume, &scene, PEL_U8, blob);
+    scene.render.shade = true;
+    for (int way = 0; way <= PEL_MODE_SLICE + 1; way++) {
+        struct pel_image fine, gpu, image;
+        char what[64];
+        snprintf(what, sizeof what, "way %d", way);
+        scene.render.mode = way <= PEL_MODE_SLICE ? (enum pel_mode)way : PEL_MODE_COMPOSITE;
+        scene.render.classification = way <= PEL_MODE_SLICE ? PEL_CLASSIFICATION_POST : PEL_CLASSIFICATION_PREINTEGRATED;
+        scene.render.step = way % 2 ? 6 : 1.2;
+        check_against_cpu(renderer, &scene, what);
+        scene.render.step = 0.5;
+        scene.render.jitter = true;
+        check_against_cpu(renderer, &scene, what);
+        draw_gpu(renderer, &scene, WIDTH, HEIGHT, &fine);
+        scene.render.step = way % 2 ? 6 : 1.2;
+        scene.render.jitter = false;
+        scene.render.refine = 4;
+        pel_image_init(&image);
+        assert_true(pel_image_allocate(&image, WIDTH, HEIGHT, true, NULL));
+        draw_gpu(renderer, &scene, WIDTH, HEIGHT, &gpu);
+        for (int i = 1; !pel_renderer_finished(renderer); i++) {
+            pel_image_finish(&gpu);
+            draw_gpu(renderer, &scene, WIDTH, HEIGHT, &gpu);
+            if (i == 1)
+                check_at_most(largest_difference(&fine, &gpu), 1e-6, "%s: one refined frame", what);
+        }
+        do
+            if (!pel_renderer_draw(cpu, &scene, "raycast", &image, &error))
+                fail_msg("%s", error.message);
+        while (!pel_renderer_finished(cpu));
+        check_at_least(psnr(&image, &gpu), 45, "%s: PSNR of the refined pictures, dB", what);
+        scene.render.refine = 0;
+        pel_camera_azimuth(&scene.camera, 15);
+        check_against_cpu(renderer, &scene, what);
+        pel_image_finish(&fine);
+        pel_image_finish(&gpu);
+        pel_image_finish(&image);
+    }
+    pel_renderer_destroy(renderer);
+    pel_renderer_destroy(cpu);
+    pel_scene_finish(&scene);
+    pel_volume_finish(&volume);
+}
+
 static long resident_kb(void)
 {
     long pages = 0, resident = 0;
@@ -224,7 +278,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_ways),      cmocka_unit_test(test_types_and_settings), cmocka_unit_test(test_skipping),
-        cmocka_unit_test(test_grids_of_its_own), cmocka_unit_test(test_reference), cmocka_unit_test(test_nothing_stays),
+        cmocka_unit_test(test_grids_of_its_own), cmocka_unit_test(test_reference), cmocka_unit_test(test_refine), cmocka_unit_test(test_nothing_stays),
     };
     return cmocka_run_group_tests(tests, open_device, close_device);
 }

@@ -326,19 +326,21 @@ bool pel_gpu_raycaster_prepare(struct pel_gpu_raycaster *rc, const struct pel_fr
         rc->budget = find_budget(rc);
         if (!plan_bricks(rc, scene, false, error))
             return false;
-    } else if (rc->in_bricks && pel_bricks_border(scene) > rc->plan.border && !plan_bricks(rc, scene, true, error)) {
-        return false;
+    } else if (rc->in_bricks && pel_bricks_border(scene) > rc->plan.border) {
+        if (!plan_bricks(rc, scene, true, error))
+            return false;
+        reclassify = true;
     }
     double start = pel_now_ms();
-    if (reclassify) {
-        for (int i = 0; i < rc->brick_count; i++)
-            rc->bricks[i].marked = false;
+    for (int i = 0; reclassify && i < rc->brick_count; i++)
+        rc->bricks[i].marked = false;
+    if (reclassify || changes & PEL_CHANGE_STEP) {
         if (!pel_classify_tables(&rc->tables, scene, rc->format.raw, &rc->job, error) ||
             !pel_gpu_tables_send(rc->device, &rc->tables, &rc->entries, &rc->range, error))
             return false;
         pel_frame_stage(frame, "tables", start);
     }
-    pel_rays_setup(&rc->job, scene, frame->image->width, frame->image->height);
+    pel_rays_setup(&rc->job, scene, frame->jitter, frame->image->width, frame->image->height);
     if (!rc->in_bricks && !make_whole_ready(rc, frame, error))
         return false;
     return !rc->in_bricks || !reclassify || find_empty_bricks(rc, frame, error);

@@ -32,8 +32,13 @@ static bool prepare_cpu(struct pel_raycaster *rc, const struct pel_frame *frame,
             return false;
         pel_frame_stage(frame, "classify", start);
         start = pel_now_ms();
+    } else if (changes & PEL_CHANGE_STEP) {
+        if (!pel_raycaster_set_step(rc, frame->scene, error))
+            return false;
+        pel_frame_stage(frame, "tables", start);
+        start = pel_now_ms();
     }
-    if (!pel_raycaster_aim(rc, frame->scene, frame->image->width, frame->image->height, error))
+    if (!pel_raycaster_aim(rc, frame->scene, frame->jitter, frame->image->width, frame->image->height, error))
         return false;
     pel_frame_stage(frame, "aim", start);
     return true;

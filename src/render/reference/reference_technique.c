@@ -17,7 +17,7 @@ static bool draw(void *state, const struct pel_frame *frame, struct pel_error *e
     (void)state;
     uint64_t samples = 0;
     double start = pel_now_ms();
-    bool ok = pel_reference_draw(frame->scene, frame->threads, frame->progress, frame->image, &samples, error);
+    bool ok = pel_reference_draw(frame->scene, frame->jitter, frame->threads, frame->progress, frame->image, &samples, error);
     pel_frame_stage(frame, "cast rays", start);
     pel_frame_count(frame, "samples taken", samples);
     return ok;
