@@ -206,24 +206,30 @@ static bool save_scene(const struct values *values, const struct loaded_scene *l
     return pel_write_scene(values->save_scene, &loaded->scene, error) || tool_fail_in(error, values->save_scene);
 }
 
+/* Has any pixel one of the channels from `first` to `last` above the limit? Most pictures say so after some rows. */
+static bool any_above(const struct pel_image *image, size_t first, size_t last, float limit)
+{
+    size_t count = (size_t)image->width * (size_t)image->height;
+    for (size_t i = 0; i < count; i++)
+        for (size_t c = first; c <= last; c++)
+            if (image->rgba[4 * i + c] > limit)
+                return true;
+    return false;
+}
+
 /* A picture of nothing is no error, but seldom what was meant; nor is a black MinIP, where the air wins. */
 static void tell_if_empty(const struct values *values, const struct loaded_scene *loaded, const struct pel_image *image)
 {
-    size_t count = (size_t)image->width * (size_t)image->height;
-    float most = 0, brightest = 0;
-    for (size_t i = 0; i < count; i++) {
-        most = fmaxf(most, image->rgba[4 * i + 3]);
-        for (int c = 0; c < 3; c++)
-            brightest = fmaxf(brightest, image->rgba[4 * i + c]);
-    }
     if (values->scene.quiet)
         return;
-    if (most <= 0 && !(loaded->volume.range[0] <= loaded->volume.range[1]))
+    if (any_above(image, 3, 3, 0)) {
+        if (loaded->scene.render.mode == PEL_MODE_MINIP && !any_above(image, 0, 2, 0.01f))
+            tool_note("the least samples are those of the surroundings: clip them away, or name their value with --void");
+    } else if (!(loaded->volume.range[0] <= loaded->volume.range[1])) {
         tool_note("there is nothing to be seen: every sample is void");
-    else if (most <= 0)
+    } else {
         tool_note("there is nothing to be seen in the picture; look at the opacities, isovalues, clipping, voids or the camera");
-    else if (brightest < 0.01f && loaded->scene.render.mode == PEL_MODE_MINIP)
-        tool_note("the least samples are those of the surroundings: clip them away, or name their value with --void");
+    }
 }
 
 static bool draw(const struct values *values, const struct arguments *arguments, struct loaded_scene *loaded, struct progress *progress,
