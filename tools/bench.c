@@ -271,12 +271,12 @@ const struct command command_bench = {
     .usage = "FILE [options]",
     .description =
         "Takes the options of render. Draws frames while the camera orbits; then, with the camera of the first frame, after each of a "
-        "series of "
-        "changes of the transfer function (the inner points of the opacity curve moved together by 2, -2, 4, -4, ... 255ths of the values' "
-        "range), and in mode isosurface after changes of the isovalue by as much. A change's time is from the edit to the picture.\n\n"
+        "series of changes of the transfer function (the inner points of the opacity curve moved together by 2, -2, 4, -4, ... 255ths of "
+        "the values' range), and in mode isosurface after changes of the isovalue by as much. A change's time is from the edit to the "
+        "picture.\n\n"
         "--json prints frame_ms, transfer_change_ms and isovalue_change_ms (each median, min, max and all, or null), first_frame_ms, "
-        "samples_taken "
-        "and samples_skipped (medians), peak_memory_mb and volume_mb (of 1048576 bytes), load_ms, threads, isa, technique and size.",
+        "samples_taken and samples_skipped (medians), peak_memory_mb and volume_mb (of 1048576 bytes), load_ms, threads, device, isa, "
+        "technique and size.",
     .examples = "  pellucid bench head.nrrd --shade --json\n"
                 "  pellucid bench head.nrrd --isovalue 90 --size 1024 --frames 15",
     .groups = groups,

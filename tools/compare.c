@@ -115,11 +115,9 @@ const struct command command_compare = {
     .usage = "A B [options]",
     .description = "Reads PNG and float NRRD pictures. Channels are compared as premultiplied values from 0 to 1.\n\n"
                    "The exit status is 0 where the pictures are within the given limits (always, where none is given), and 1 where they "
-                   "are not, or differ in "
-                   "size.\n\n"
-                   "--json prints psnr (dB; 999 for equal pictures), ssim, max_error, differing_pixels (pixels with a channel that differs "
-                   "by more than "
-                   "0.1), identical, alike, same_size and size (not of pictures that differ in it).",
+                   "are not, or differ in size.\n\n"
+                   "--json prints psnr (dB; 999 for equal pictures), ssim, max_error, differing_pixels (pixels with a channel that "
+                   "differs by more than 0.1), identical, alike, same_size and size (not of pictures that differ in it).",
     .examples = "  pellucid compare a.png b.png\n"
                 "  pellucid compare a.png b.png --psnr-min 40 --max-error 0.1 && echo alike",
     .groups = groups,

@@ -280,8 +280,7 @@ const struct command command_convert = {
     .summary = "Write a volume in another format or number type",
     .usage = "IN OUT [options]",
     .description = "The format of OUT is told by its ending: .nrrd, .nhdr, .vti, .mha, .mhd or .raw. Placement, units and name are kept "
-                   "where the format can "
-                   "hold them; so is the number type where --type does not say otherwise.",
+                   "where the format can hold them; so is the number type where --type does not say otherwise.",
     .examples = "  pellucid convert scan.nii.gz scan.nrrd --compress\n"
                 "  pellucid convert dicom-folder/ scan.nrrd --space RAS\n"
                 "  pellucid convert speed.vti speed.nrrd --type u8 --range 0,80\n"

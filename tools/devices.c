@@ -91,8 +91,7 @@ const struct command command_devices = {
     .summary = "List the GPUs, what they can do, and which is chosen",
     .usage = "[--json]",
     .description = "Devices are found through EGL; no display is needed. Their numbers are EGL's order. Where there is none, it says why "
-                   "and succeeds: the CPU "
-                   "engine needs none.",
+                   "and succeeds: the CPU engine needs none.",
     .groups = groups,
     .run = run,
 };

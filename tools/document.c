@@ -89,13 +89,13 @@ static int run_options(const struct command *command, int argc, char **argv)
     if (status >= 0)
         return status;
     printf(
-        "# Options of the pellucid tool\n\nMade by `pellucid options` from the option tables; do not edit. The rows under *Optics* and "
-        "*Camera* are the keys "
-        "of a scene file, too.\n\nA flag is written `--name value` or `--name=value`. A switch is `--name`, `--no-name` or `--name=off`. "
-        "Numbers of a "
-        "vector are separated by commas. Colours are `r,g,b` or `r,g,b,a` from 0 to 1, `#rrggbb`, `#rrggbbaa`, or `black`, `white`, "
-        "`gray`, "
-        "`transparent`.\n\nExit status: 0 done; 1 bad data, or the system refused (`compare`: not alike); 2 bad usage; 130 interrupted.\n");
+        "# Options of the pellucid tool\n\n"
+        "Made by `pellucid options` from the option tables; do not edit. The rows under *Optics* and *Camera* are the keys of a scene "
+        "file, too.\n\n"
+        "A flag is written `--name value` or `--name=value`. A switch is `--name`, `--no-name` or `--name=off`. Numbers of a vector are "
+        "separated by commas. Colours are `r,g,b` or `r,g,b,a` from 0 to 1, `#rrggbb`, `#rrggbbaa`, or `black`, `white`, `gray`, "
+        "`transparent`.\n\n"
+        "Exit status: 0 done; 1 bad data, or the system refused (`compare`: not alike); 2 bad usage; 130 interrupted.\n");
     for (size_t i = 0; command_at(i); i++)
         markdown_command(command_at(i));
     return tool_finish_stdout(EXIT_FINE);
@@ -202,11 +202,9 @@ static int run_man(const struct command *command, int argc, char **argv)
     printf(".TH PELLUCID 1 \"\" \"pellucid %s\" \"User Commands\"\n", pel_version());
     printf(
         ".SH NAME\npellucid \\- see inside volumes and flows\n.SH SYNOPSIS\n.B pellucid\n.I command\n.RI [ arguments ]\n.SH DESCRIPTION\n");
-    roff("Draws volumes and fields on a machine with or without a GPU, tells what files hold, converts and compares them.\n\nA flag is "
-         "written --name value "
-         "or --name=value. A switch is --name, --no-name or --name=off. Colours are r,g,b or r,g,b,a from 0 to 1, #rrggbb, #rrggbbaa, or "
-         "black, white, "
-         "gray, transparent.\n");
+    roff("Draws volumes and fields on a machine with or without a GPU, tells what files hold, converts and compares them.\n\n"
+         "A flag is written --name value or --name=value. A switch is --name, --no-name or --name=off. Colours are r,g,b or r,g,b,a from "
+         "0 to 1, #rrggbb, #rrggbbaa, or black, white, gray, transparent.\n");
     printf(".SH COMMANDS\n");
     for (size_t i = 0; command_at(i); i++)
         roff_command(command_at(i));

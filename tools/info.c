@@ -191,12 +191,11 @@ const struct command command_info = {
     .summary = "Tell what a file holds",
     .usage = "FILE [options]",
     .description =
-        "Prints the size, type, placement and values of a volume or field: a file, or a folder with a DICOM series or TIFF slices. "
-        "The values of a vector field are told by their magnitude.\n\n"
-        "--json prints one object with the keys file, format, dims, type, components, spacing, origin, direction (one unit vector for each "
-        "index axis), space, units, min, max, mean, nonzero, voids, infinite, labels, name, arrays and notes. min, max and mean are of "
-        "finite "
-        "values, and null where there are none.",
+        "Prints the size, type, placement and values of a volume or field: a file, or a folder with a DICOM series or TIFF slices. The "
+        "values of a vector field are told by their magnitude.\n\n"
+        "--json prints one object with the keys file, format, dims, type, components, spacing, origin, direction (one unit vector for "
+        "each index axis), space, units, min, max, mean, nonzero, voids, infinite, labels, name, arrays and notes. min, max and mean are "
+        "of finite values, and null where there are none.",
     .examples = "  pellucid info scan.nii.gz\n"
                 "  pellucid info --json scan.nii.gz | python3 -m json.tool\n"
                 "  pellucid info volume.raw --raw 256x256x256:u8 --histogram",

@@ -310,11 +310,9 @@ const struct command command_render = {
     .summary = "Draw a picture of a volume",
     .usage = "FILE -o PICTURE [options]",
     .description = "FILE is a volume or field, or a folder with a DICOM series or TIFF slices. What is not said is chosen from the data: "
-                   "transfer function, "
-                   "camera, isovalue, slice. Of a vector field the magnitude is drawn.\n\n"
+                   "transfer function, camera, isovalue, slice. Of a vector field the magnitude is drawn.\n\n"
                    "FILE may be left out where --scene names one. A picture is written once it is whole: a failed or interrupted run "
-                   "leaves none behind (of a "
-                   "turntable, the whole ones).",
+                   "leaves none behind (of a turntable, the whole ones).",
     .examples = "  pellucid render scan.nii.gz -o scan.png\n"
                 "  pellucid render head.nrrd -o head.png --opacity 40:0,80:0.1,255:0.9 --colormap bone --shade\n"
                 "  pellucid render head.nrrd -o skin.png --isovalue 40,90 --iso-opacity 0.3,1 --azimuth 30 --size 1024x768\n"
