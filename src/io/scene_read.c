@@ -4,9 +4,7 @@
  * the file and stands where something failed. The scene changes only when all of it was read. */
 #include "scene_file.h"
 
-#include <math.h>
 #include <stddef.h>
-#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -14,90 +12,26 @@
 #include "fail.h"
 #include "json_file.h"
 #include "scene_path.h"
-
-struct reading {
-    struct pel_scene scene; /* a copy, being changed */
-    struct pel_scene_parts has;
-    const char *path; /* the scene file's */
-    char where[256];  /* "transfer.colors[2]" */
-    struct pel_error *error;
-};
-
-struct key {
-    const char *name;
-    bool (*read)(struct reading *r, const json_t *value, void *object);
-    size_t offset; /* of what it reads in the object that the table is for */
-};
-
-/* Appends to `where`; gives the length to go back to. */
-static size_t enter(struct reading *r, const char *key)
-{
-    size_t length = strlen(r->where);
-    snprintf(r->where + length, sizeof r->where - length, "%s%.60s", length ? "." : "", key);
-    return length;
-}
-
-static size_t enter_entry(struct reading *r, size_t index)
-{
-    size_t length = strlen(r->where);
-    snprintf(r->where + length, sizeof r->where - length, "[%zu]", index);
-    return length;
-}
-
-static void leave(struct reading *r, size_t length)
-{
-    r->where[length] = 0;
-}
-
-/* Reads every member of an object by a table that ends with a NULL name. */
-static bool read_object(struct reading *r, const json_t *value, const struct key *keys, void *object)
-{
-    const char *name;
-    json_t *member;
-    if (!json_is_object(value))
-        return pel_fail(r->error, PEL_ERROR_FORMAT, "expected an object, found %s", pel_json_kind(value));
-    json_object_foreach((json_t *)value, name, member)
-    {
-        const struct key *key = keys;
-        while (key->name && strcmp(key->name, name) != 0)
-            key++;
-        size_t back = enter(r, name);
-        if (!key->name)
-            return pel_fail(r->error, PEL_ERROR_FORMAT, "there is no such key");
-        if (!key->read(r, member, (char *)object + key->offset))
-            return false;
-        leave(r, back);
-    }
-    return true;
-}
-
-static bool check_array(struct reading *r, const json_t *value, size_t most)
-{
-    if (!json_is_array(value))
-        return pel_fail(r->error, PEL_ERROR_FORMAT, "expected an array, found %s", pel_json_kind(value));
-    if (json_array_size(value) > most)
-        return pel_fail(r->error, PEL_ERROR_FORMAT, "%zu entries; at most %zu are allowed", json_array_size(value), most);
-    return true;
-}
+#include "scene_reading.h"
 
 /* ---- single values ---- */
 
-static bool read_number(struct reading *r, const json_t *value, void *out)
+static bool read_number(struct pel_scene_reading *r, const json_t *value, void *out)
 {
     return pel_json_number(value, out, r->error);
 }
 
-static bool read_bool(struct reading *r, const json_t *value, void *out)
+static bool read_bool(struct pel_scene_reading *r, const json_t *value, void *out)
 {
     return pel_json_bool(value, out, r->error);
 }
 
-static bool read_vector(struct reading *r, const json_t *value, void *out)
+static bool read_vector(struct pel_scene_reading *r, const json_t *value, void *out)
 {
     return pel_json_numbers(value, 3, out, r->error);
 }
 
-static bool check_fractions(struct reading *r, const double *values, int count)
+static bool check_fractions(struct pel_scene_reading *r, const double *values, int count)
 {
     for (int i = 0; i < count; i++)
         if (!(values[i] >= 0 && values[i] <= 1))
@@ -105,18 +39,18 @@ static bool check_fractions(struct reading *r, const double *values, int count)
     return true;
 }
 
-static bool read_fraction(struct reading *r, const json_t *value, void *out)
+static bool read_fraction(struct pel_scene_reading *r, const json_t *value, void *out)
 {
     return pel_json_number(value, out, r->error) && check_fractions(r, out, 1);
 }
 
-static bool read_color(struct reading *r, const json_t *value, void *out)
+static bool read_color(struct pel_scene_reading *r, const json_t *value, void *out)
 {
     return pel_json_numbers(value, 3, out, r->error) && check_fractions(r, out, 3);
 }
 
 /* A direction: anything but zero. */
-static bool read_normal(struct reading *r, const json_t *value, void *out)
+static bool read_normal(struct pel_scene_reading *r, const json_t *value, void *out)
 {
     const double *v = out;
     if (!pel_json_numbers(value, 3, out, r->error))
@@ -124,85 +58,23 @@ static bool read_normal(struct reading *r, const json_t *value, void *out)
     return v[0] != 0 || v[1] != 0 || v[2] != 0 || pel_fail(r->error, PEL_ERROR_FORMAT, "a zero vector has no direction");
 }
 
-/* ---- options ---- */
-
-/* A JSON value as the text that an option reads. */
-static bool option_text(struct reading *r, const json_t *value, char *text, size_t size)
-{
-    size_t used = 0;
-    text[0] = 0;
-    switch (json_typeof(value)) {
-    case JSON_STRING:
-        return pel_json_text(value, text, size, r->error);
-    case JSON_TRUE:
-    case JSON_FALSE:
-        snprintf(text, size, json_is_true(value) ? "true" : "false");
-        return true;
-    case JSON_INTEGER:
-        snprintf(text, size, "%" JSON_INTEGER_FORMAT, json_integer_value(value));
-        return true;
-    case JSON_REAL:
-        snprintf(text, size, "%.17g", json_real_value(value));
-        return true;
-    case JSON_ARRAY:
-        for (size_t i = 0; i < json_array_size(value); i++) {
-            double number;
-            if (i >= 16)
-                return pel_fail(r->error, PEL_ERROR_FORMAT, "%zu entries are too many", json_array_size(value));
-            if (!pel_json_number(json_array_get(value, i), &number, r->error))
-                return false;
-            used += (size_t)snprintf(text + used, size - used, "%s%.17g", i ? "," : "", number);
-        }
-        return true;
-    case JSON_OBJECT:
-    case JSON_NULL:
-        break;
-    }
-    return pel_fail(r->error, PEL_ERROR_FORMAT, "expected a value, found %s", pel_json_kind(value));
-}
-
-static bool read_option(struct reading *r, const json_t *value, const struct pel_option *row, void *object)
-{
-    char text[PEL_OPTION_TEXT_SIZE];
-    return option_text(r, value, text, sizeof text) && pel_option_set(row, object, text, r->error);
-}
-
-static bool read_options(struct reading *r, const json_t *value, const struct pel_option *table, void *object)
-{
-    const char *name;
-    json_t *member;
-    if (!json_is_object(value))
-        return pel_fail(r->error, PEL_ERROR_FORMAT, "expected an object, found %s", pel_json_kind(value));
-    json_object_foreach((json_t *)value, name, member)
-    {
-        const struct pel_option *row = pel_option_find(table, name);
-        size_t back = enter(r, name);
-        if (!row)
-            return pel_fail(r->error, PEL_ERROR_FORMAT, "there is no such key");
-        if (!read_option(r, member, row, object))
-            return false;
-        leave(r, back);
-    }
-    return true;
-}
-
 /* ---- transfer function ---- */
 
-static bool read_colors(struct reading *r, const json_t *value, void *object)
+static bool read_colors(struct pel_scene_reading *r, const json_t *value, void *object)
 {
     struct pel_transfer *transfer = object;
-    if (!check_array(r, value, SIZE_MAX))
+    if (!pel_scene_check_array(r, value, SIZE_MAX))
         return false;
     size_t count = json_array_size(value);
     struct pel_color_point *points = pel_alloc(count, sizeof *points, "color curve", r->error);
     bool ok = points != NULL;
     for (size_t i = 0; ok && i < count; i++) {
         double n[4];
-        size_t back = enter_entry(r, i);
+        size_t back = pel_scene_enter_entry(r, i);
         ok = pel_json_numbers(json_array_get(value, i), 4, n, r->error);
         if (ok) {
             points[i] = (struct pel_color_point) { n[0], { n[1], n[2], n[3] } };
-            leave(r, back);
+            pel_scene_leave(r, back);
         }
     }
     ok = ok && pel_transfer_set_colors(transfer, points, count, r->error);
@@ -211,21 +83,21 @@ static bool read_colors(struct reading *r, const json_t *value, void *object)
     return ok;
 }
 
-static bool read_opacities(struct reading *r, const json_t *value, void *object)
+static bool read_opacities(struct pel_scene_reading *r, const json_t *value, void *object)
 {
     struct pel_transfer *transfer = object;
-    if (!check_array(r, value, SIZE_MAX))
+    if (!pel_scene_check_array(r, value, SIZE_MAX))
         return false;
     size_t count = json_array_size(value);
     struct pel_opacity_point *points = pel_alloc(count, sizeof *points, "opacity curve", r->error);
     bool ok = points != NULL;
     for (size_t i = 0; ok && i < count; i++) {
         double n[2];
-        size_t back = enter_entry(r, i);
+        size_t back = pel_scene_enter_entry(r, i);
         ok = pel_json_numbers(json_array_get(value, i), 2, n, r->error);
         if (ok) {
             points[i] = (struct pel_opacity_point) { n[0], n[1] };
-            leave(r, back);
+            pel_scene_leave(r, back);
         }
     }
     ok = ok && pel_transfer_set_opacities(transfer, points, count, r->error);
@@ -234,7 +106,7 @@ static bool read_opacities(struct reading *r, const json_t *value, void *object)
     return ok;
 }
 
-static bool read_unit_distance(struct reading *r, const json_t *value, void *object)
+static bool read_unit_distance(struct pel_scene_reading *r, const json_t *value, void *object)
 {
     double *unit = &((struct pel_transfer *)object)->unit_distance;
     if (!pel_json_number(value, unit, r->error))
@@ -243,14 +115,14 @@ static bool read_unit_distance(struct reading *r, const json_t *value, void *obj
     return *unit > 0 || pel_fail(r->error, PEL_ERROR_FORMAT, "%g is not above 0", *unit);
 }
 
-static bool read_nothing(struct reading *r, const json_t *value, void *object)
+static bool read_nothing(struct pel_scene_reading *r, const json_t *value, void *object)
 {
     (void)r, (void)value, (void)object;
     return true;
 }
 
 /* "colormap" names where "colors" came from, or with "range" stands for them. Neither says anything without the others. */
-static bool read_colormap(struct reading *r, const json_t *object)
+static bool read_colormap(struct pel_scene_reading *r, const json_t *object)
 {
     const json_t *map = json_object_get(object, "colormap"), *range = json_object_get(object, "range");
     struct pel_transfer *transfer = &r->scene.transfer;
@@ -258,7 +130,7 @@ static bool read_colormap(struct reading *r, const json_t *object)
     double ends[2];
     if (!map && !range)
         return true;
-    size_t back = enter(r, map ? "colormap" : "range");
+    size_t back = pel_scene_enter(r, map ? "colormap" : "range");
     if (!map)
         return pel_fail(r->error, PEL_ERROR_FORMAT, "a range needs a colormap to stretch over it");
     if (!pel_json_text(map, name, sizeof name, r->error))
@@ -270,54 +142,54 @@ static bool read_colormap(struct reading *r, const json_t *object)
     } else {
         if (!range)
             return pel_fail(r->error, PEL_ERROR_FORMAT, "a colormap needs a range [lo, hi] to be stretched over");
-        leave(r, back);
-        back = enter(r, "range");
+        pel_scene_leave(r, back);
+        back = pel_scene_enter(r, "range");
         if (!pel_json_numbers(range, 2, ends, r->error))
             return false;
-        leave(r, back);
-        back = enter(r, "colormap");
+        pel_scene_leave(r, back);
+        back = pel_scene_enter(r, "colormap");
         if (!pel_transfer_set_colormap(transfer, name, ends[0], ends[1], r->error))
             return false;
         r->has.transfer = r->has.colors = true;
     }
-    leave(r, back);
+    pel_scene_leave(r, back);
     return true;
 }
 
-static bool read_transfer(struct reading *r, const json_t *value, void *object)
+static bool read_transfer(struct pel_scene_reading *r, const json_t *value, void *object)
 {
-    static const struct key keys[] = {
+    static const struct pel_scene_key keys[] = {
         { "colors", read_colors, 0 },    { "opacities", read_opacities, 0 }, { "unit-distance", read_unit_distance, 0 },
         { "colormap", read_nothing, 0 }, { "range", read_nothing, 0 },       { NULL },
     };
-    return read_object(r, value, keys, object) && read_colormap(r, value);
+    return pel_scene_read_object(r, value, keys, object) && read_colormap(r, value);
 }
 
 /* ---- the other parts ---- */
 
-static bool read_camera(struct reading *r, const json_t *value, void *object)
+static bool read_camera(struct pel_scene_reading *r, const json_t *value, void *object)
 {
     r->has.camera = true;
-    return read_options(r, value, pel_camera_options, object) && pel_camera_check(object, r->error);
+    return pel_scene_read_options(r, value, pel_camera_options, object) && pel_camera_check(object, r->error);
 }
 
-static bool read_render(struct reading *r, const json_t *value, void *object)
+static bool read_render(struct pel_scene_reading *r, const json_t *value, void *object)
 {
-    return read_options(r, value, pel_render_options, object);
+    return pel_scene_read_options(r, value, pel_render_options, object);
 }
 
-static bool read_path(struct reading *r, const json_t *value, void *out)
+static bool read_path(struct pel_scene_reading *r, const json_t *value, void *out)
 {
     char text[PEL_OPTION_TEXT_SIZE];
     return pel_json_text(value, text, sizeof text, r->error) && pel_path_from_file(r->path, text, out, PEL_OPTION_TEXT_SIZE, r->error);
 }
 
-static bool read_short_text(struct reading *r, const json_t *value, void *out)
+static bool read_short_text(struct pel_scene_reading *r, const json_t *value, void *out)
 {
     return pel_json_text(value, out, sizeof((struct pel_source *)0)->array, r->error);
 }
 
-static bool read_source_spacing(struct reading *r, const json_t *value, void *object)
+static bool read_source_spacing(struct pel_scene_reading *r, const json_t *value, void *object)
 {
     struct pel_source *source = object;
     if (!read_vector(r, value, source->spacing))
@@ -329,16 +201,16 @@ static bool read_source_spacing(struct reading *r, const json_t *value, void *ob
     return true;
 }
 
-static bool read_source_void(struct reading *r, const json_t *value, void *object)
+static bool read_source_void(struct pel_scene_reading *r, const json_t *value, void *object)
 {
     struct pel_source *source = object;
     source->has_void = true;
     return read_number(r, value, &source->void_value);
 }
 
-static bool read_source(struct reading *r, const json_t *value, void *object)
+static bool read_source(struct pel_scene_reading *r, const json_t *value, void *object)
 {
-    static const struct key keys[] = {
+    static const struct pel_scene_key keys[] = {
         { "path", read_path, offsetof(struct pel_source, path) },
         { "array", read_short_text, offsetof(struct pel_source, array) },
         { "raw", read_short_text, offsetof(struct pel_source, raw) },
@@ -347,98 +219,98 @@ static bool read_source(struct reading *r, const json_t *value, void *object)
         { NULL },
     };
     *(struct pel_source *)object = (struct pel_source) { .path = "" };
-    return read_object(r, value, keys, object);
+    return pel_scene_read_object(r, value, keys, object);
 }
 
-static bool read_plane(struct reading *r, const json_t *value, void *object)
+static bool read_plane(struct pel_scene_reading *r, const json_t *value, void *object)
 {
-    static const struct key keys[] = {
+    static const struct pel_scene_key keys[] = {
         { "origin", read_vector, offsetof(struct pel_plane, origin) },
         { "normal", read_normal, offsetof(struct pel_plane, normal) },
         { NULL },
     };
-    return read_object(r, value, keys, object);
+    return pel_scene_read_object(r, value, keys, object);
 }
 
-static bool read_slice(struct reading *r, const json_t *value, void *object)
+static bool read_slice(struct pel_scene_reading *r, const json_t *value, void *object)
 {
     r->has.slice = true;
     return read_plane(r, value, object);
 }
 
-static bool read_clip_planes(struct reading *r, const json_t *value, void *object)
+static bool read_clip_planes(struct pel_scene_reading *r, const json_t *value, void *object)
 {
     struct pel_scene *scene = object;
-    if (!check_array(r, value, PEL_MAX_CLIP_PLANES))
+    if (!pel_scene_check_array(r, value, PEL_MAX_CLIP_PLANES))
         return false;
     for (size_t i = 0; i < json_array_size(value); i++) {
-        size_t back = enter_entry(r, i);
+        size_t back = pel_scene_enter_entry(r, i);
         scene->clip_planes[i] = (struct pel_plane) { { 0, 0, 0 }, { 0, 0, 1 } };
         if (!read_plane(r, json_array_get(value, i), &scene->clip_planes[i]))
             return false;
-        leave(r, back);
+        pel_scene_leave(r, back);
     }
     scene->clip_plane_count = (int)json_array_size(value);
     return true;
 }
 
-static bool read_clip_box(struct reading *r, const json_t *value, void *object)
+static bool read_clip_box(struct pel_scene_reading *r, const json_t *value, void *object)
 {
     struct pel_scene *scene = object;
     scene->clip_box_enabled = !json_is_null(value);
     return !scene->clip_box_enabled || pel_json_numbers(value, 6, scene->clip_box, r->error);
 }
 
-static bool read_isosurfaces(struct reading *r, const json_t *value, void *object)
+static bool read_isosurfaces(struct pel_scene_reading *r, const json_t *value, void *object)
 {
-    static const struct key keys[] = {
+    static const struct pel_scene_key keys[] = {
         { "value", read_number, offsetof(struct pel_isosurface, value) },
         { "color", read_color, offsetof(struct pel_isosurface, color) },
         { "opacity", read_fraction, offsetof(struct pel_isosurface, opacity) },
         { NULL },
     };
     struct pel_scene *scene = object;
-    if (!check_array(r, value, PEL_MAX_ISOSURFACES))
+    if (!pel_scene_check_array(r, value, PEL_MAX_ISOSURFACES))
         return false;
     for (size_t i = 0; i < json_array_size(value); i++) {
         const json_t *entry = json_array_get(value, i);
-        size_t back = enter_entry(r, i);
+        size_t back = pel_scene_enter_entry(r, i);
         scene->isosurfaces[i] = (struct pel_isosurface) { 0, { 1, 1, 1 }, 1 };
-        if (!read_object(r, entry, keys, &scene->isosurfaces[i]))
+        if (!pel_scene_read_object(r, entry, keys, &scene->isosurfaces[i]))
             return false;
         if (!json_object_get(entry, "value"))
             return pel_fail(r->error, PEL_ERROR_FORMAT, "an isosurface needs a value");
-        leave(r, back);
+        pel_scene_leave(r, back);
     }
     scene->isosurface_count = (int)json_array_size(value);
     r->has.isosurfaces = scene->isosurface_count > 0;
     return true;
 }
 
-static bool read_lights(struct reading *r, const json_t *value, void *object)
+static bool read_lights(struct pel_scene_reading *r, const json_t *value, void *object)
 {
-    static const struct key keys[] = {
+    static const struct pel_scene_key keys[] = {
         { "headlight", read_bool, offsetof(struct pel_light, headlight) },
         { "direction", read_normal, offsetof(struct pel_light, direction) },
         { "color", read_color, offsetof(struct pel_light, color) },
         { NULL },
     };
     struct pel_scene *scene = object;
-    if (!check_array(r, value, PEL_MAX_LIGHTS))
+    if (!pel_scene_check_array(r, value, PEL_MAX_LIGHTS))
         return false;
     for (size_t i = 0; i < json_array_size(value); i++) {
         const json_t *entry = json_array_get(value, i);
-        size_t back = enter_entry(r, i);
+        size_t back = pel_scene_enter_entry(r, i);
         scene->lights[i] = (struct pel_light) { !json_object_get(entry, "direction"), { 0, 0, 1 }, { 1, 1, 1 } };
-        if (!read_object(r, entry, keys, &scene->lights[i]))
+        if (!pel_scene_read_object(r, entry, keys, &scene->lights[i]))
             return false;
-        leave(r, back);
+        pel_scene_leave(r, back);
     }
     scene->light_count = (int)json_array_size(value);
     return true;
 }
 
-static bool read_background(struct reading *r, const json_t *value, void *out)
+static bool read_background(struct pel_scene_reading *r, const json_t *value, void *out)
 {
     double *rgba = out;
     rgba[3] = 1;
@@ -446,7 +318,7 @@ static bool read_background(struct reading *r, const json_t *value, void *out)
     return pel_json_numbers(value, count, rgba, r->error) && check_fractions(r, rgba, 4);
 }
 
-static bool read_version(struct reading *r, const json_t *value, void *object)
+static bool read_version(struct pel_scene_reading *r, const json_t *value, void *object)
 {
     (void)object;
     double version;
@@ -455,7 +327,7 @@ static bool read_version(struct reading *r, const json_t *value, void *object)
     return version == 1 || pel_fail(r->error, PEL_ERROR_UNSUPPORTED, "version %g is not known; this program reads version 1", version);
 }
 
-static const struct key scene_keys[] = {
+static const struct pel_scene_key scene_keys[] = {
     { "pellucid-scene", read_version, 0 },
     { "volume", read_source, offsetof(struct pel_scene, source) },
     { "transfer", read_transfer, offsetof(struct pel_scene, transfer) },
@@ -477,7 +349,7 @@ bool pel_scene_parse(const char *text, size_t size, const char *path, struct pel
     json_t *root = pel_json_parse(text, size, error);
     if (!root)
         return false;
-    struct reading *r = pel_alloc(1, sizeof *r, "scene", error);
+    struct pel_scene_reading *r = pel_alloc(1, sizeof *r, "scene", error);
     bool ok = false;
     if (!r)
         goto done;
@@ -487,7 +359,7 @@ bool pel_scene_parse(const char *text, size_t size, const char *path, struct pel
     r->error = error;
     if (!pel_transfer_copy(&r->scene.transfer, &scene->transfer, error))
         goto done;
-    ok = read_object(r, root, scene_keys, &r->scene);
+    ok = pel_scene_read_object(r, root, scene_keys, &r->scene);
     if (ok) {
         pel_transfer_finish(&scene->transfer);
         *scene = r->scene;
