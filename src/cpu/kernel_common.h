@@ -67,4 +67,38 @@ PEL_INLINE vf end_at(const struct packet *r, int k)
     return vf_min(vf_set((float)k), vi_to_vf(r->n - 1) + r->fraction);
 }
 
+/* A walk along a packet's segments. */
+struct walk {
+    int end, look, span_end;
+    bool have_front; /* the last segment's back is this one's front */
+};
+
+PEL_INLINE struct walk walk_from_entry(const struct pel_job *job, const struct packet *r)
+{
+    int end = vi_most(r->n);
+    return (struct walk) { .end = end, .span_end = job->spans ? 0 : end };
+}
+
+/* The first segment from k on that must be looked at; not below `end` where there is none. */
+PEL_INLINE int walk_on(const struct pel_job *job, struct packet *r, struct walk *w, vi alive, int k)
+{
+    for (; k < w->end; w->have_front = false) {
+        if (k >= w->span_end) {
+            int next = packet_next_span(job, r, k, &w->span_end);
+            if (next >= w->end)
+                return next;
+            w->have_front &= next == k;
+            k = next;
+        }
+        if (!job->looks || k < w->look)
+            return k;
+        struct spot s = packet_spot(job, r, end_at(r, k));
+        int clear = packet_look(job, r, &s, vf_set(0), alive & (r->n > k), k, &w->look);
+        if (clear <= k)
+            return k;
+        k = clear; /* the segment that ends beyond it must be looked at */
+    }
+    return k;
+}
+
 #endif

@@ -170,37 +170,22 @@ PEL_INLINE void preintegrated(const struct pel_job *job, struct packet *r, struc
 {
     struct gathered sum = gathered_none();
     vi alive = r->n > 0;
-    int end = vi_most(r->n), look = 0, span_end = job->spans ? 0 : end;
+    struct walk walk = walk_from_entry(job, r);
     struct integral front = integral_to(job, vf_set(0));
-    bool have_front = false;
-    for (int k = 0; k < end; k++) {
-        if (k >= span_end) {
-            int next = packet_next_span(job, r, k, &span_end);
-            if (next >= end)
-                break;
-            have_front &= next == k;
-            k = next;
-        }
+    for (int k = 0; (k = walk_on(job, r, &walk, alive, k)) < walk.end; k++) {
         vi live = alive & (r->n > k);
-        struct spot s = packet_spot(job, r, end_at(r, k));
-        if (job->looks && k >= look) {
-            int clear = packet_look(job, r, &s, vf_set(0), live, k, &look);
-            if (clear > k) {
-                k = clear - 1;
-                have_front = false;
-                continue;
-            }
-        }
         counts->taken += (unsigned)lanes(live);
-        if (!have_front)
+        if (!walk.have_front) {
+            struct spot s = packet_spot(job, r, end_at(r, k));
             front = integral_to(job, fetch_linear(job, &s));
+        }
         struct spot e = packet_spot(job, r, end_at(r, k + 1));
         struct integral back = integral_to(job, fetch_linear(job, &e));
         vf color[3], length = vf_select(r->n == k + 1, r->fraction, vf_set(1));
         vf alpha = pre_integrate(&front, &back, length, color);
         alpha = vf_select(live & (front.value == front.value) & (back.value == back.value), alpha, vf_set(0));
         front = back;
-        have_front = true;
+        walk.have_front = true;
         if (vi_any(alpha > 0)) {
             vf at = vf_min((float)k + 0.5f * length, end_at(r, k + 1)); /* lanes that have ended stay inside the volume */
             if (job->shade) {

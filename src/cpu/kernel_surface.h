@@ -70,32 +70,14 @@ PEL_INLINE void isosurface(const struct pel_job *job, struct packet *r, struct p
     p.lanes = vi_set(0);
     p.from = p.to = p.front = p.back = p.iso = p.alpha = p.color[0] = p.color[1] = p.color[2] = vf_set(0);
     vi alive = r->n > 0;
-    int end = vi_most(r->n), look = 0, span_end = job->spans ? 0 : end;
+    struct walk walk = walk_from_entry(job, r);
     vf front = vf_set(0), first = vf_set(-1);
-    bool have_front = false;
-    for (int k = 0; k < end; k++) {
-        if (k >= span_end) {
-            int next = packet_next_span(job, r, k, &span_end);
-            if (next >= end)
-                break;
-            have_front &= next == k;
-            k = next;
-        }
+    for (int k = 0; (k = walk_on(job, r, &walk, alive, k)) < walk.end; k++) {
         vi live = alive & (r->n > k);
         vf a = end_at(r, k);
-        struct spot s;
-        if (job->looks && k >= look) {
-            s = packet_spot(job, r, a);
-            int clear = packet_look(job, r, &s, vf_set(0), live, k, &look);
-            if (clear > k) {
-                k = clear - 1;
-                have_front = false;
-                continue;
-            }
-        }
         counts->taken += (unsigned)lanes(live);
-        if (!have_front) {
-            s = packet_spot(job, r, a);
+        if (!walk.have_front) {
+            struct spot s = packet_spot(job, r, a);
             front = fetch_linear(job, &s);
         }
         vf b = end_at(r, k + 1);
@@ -127,7 +109,7 @@ PEL_INLINE void isosurface(const struct pel_job *job, struct packet *r, struct p
             alive &= ~(crossed & (p.alpha >= 1)); /* nothing behind it is seen */
         }
         front = back;
-        have_front = true;
+        walk.have_front = true;
         if (!vi_any(alive & (r->n > k + 1)))
             break;
     }
