@@ -40,7 +40,8 @@ struct bench {
     struct pel_renderer *renderer;
     struct pel_image image;
     double first_ms;
-    struct series frames, transfer, isovalue, taken, skipped;
+    double upload_ms, sample_limit; /* NAN: there is none */
+    struct series frames, transfer, isovalue, taken, skipped, cast;
 };
 
 static int ascending(const void *a, const void *b)
@@ -81,6 +82,17 @@ static double counter(const struct bench *bench, const char *name)
     return 0;
 }
 
+/* Milliseconds of a stage of the last frame, on the GPU where its clock counts; NAN where there is no such stage. */
+static double stage(const struct bench *bench, const char *name)
+{
+    const struct pel_frame_stats *stats = pel_renderer_stats(bench->renderer);
+    bool hardware = bench->loaded->device && !pel_device_describe(bench->loaded->device)->software;
+    for (int i = 0; i < stats->stage_count; i++)
+        if (strcmp(stats->stages[i].name, name) == 0)
+            return hardware && stats->stages[i].gpu_ms >= 0 ? stats->stages[i].gpu_ms : stats->stages[i].cpu_ms;
+    return NAN;
+}
+
 /* The n-th edit in steps of 1/255 of the values' range: +2, -2, +4, -4, +3, -3, +5, -5, +2, ...; never twice the same in a row. */
 static double edit_offset(const struct pel_volume *volume, int n)
 {
@@ -103,6 +115,8 @@ static bool bench_orbit(struct bench *bench, struct pel_error *error)
         if (!draw(bench, error))
             return false;
         series_add(&bench->frames, tool_milliseconds() - start);
+        if (stage(bench, "cast rays") > 0)
+            series_add(&bench->cast, stage(bench, "cast rays"));
         series_add(&bench->taken, counter(bench, "samples taken"));
         series_add(&bench->skipped, counter(bench, "samples skipped"));
     }
@@ -169,7 +183,13 @@ static bool measure(struct bench *bench, struct progress *progress, struct pel_e
     if (!bench->renderer || !draw(bench, error))
         return false;
     bench->first_ms = tool_milliseconds() - start;
-    if (!bench_orbit(bench, error) || !bench_transfer(bench, error))
+    bench->upload_ms = stage(bench, "upload");
+    if (!bench_orbit(bench, error))
+        return false;
+    struct pel_error none = PEL_ERROR_INIT;
+    if (!bench->loaded->device || !pel_renderer_sample_limit(bench->renderer, &bench->sample_limit, &none))
+        bench->sample_limit = NAN;
+    if (!bench_transfer(bench, error))
         return false;
     return bench->loaded->scene.render.mode != PEL_MODE_ISOSURFACE || bench_isovalue(bench, error);
 }
@@ -180,6 +200,17 @@ static json_t *json_series(struct series *series)
         return json_null();
     return json_pack("{s:o, s:o, s:o, s:o}", "median", json_number(series_median(series)), "min", json_number(series->sorted[0]), "max",
                      json_number(series->sorted[series->count - 1]), "all", json_numbers(series->all, (size_t)series->count));
+}
+
+static double volume_mb(const struct bench *bench)
+{
+    return (double)pel_volume_bytes(&bench->loaded->volume) / 1048576;
+}
+
+/* Of the frames, while rays were cast. */
+static double samples_per_second(const struct bench *bench)
+{
+    return series_median(&bench->taken) / (series_median(&bench->cast) * 1e-3);
 }
 
 static double peak_memory_mb(void)
@@ -199,8 +230,15 @@ static bool print_json(struct bench *bench)
     json_object_set_new(json, "isovalue_change_ms", json_series(&bench->isovalue));
     json_object_set_new(json, "samples_taken", json_integer((json_int_t)series_median(&bench->taken)));
     json_object_set_new(json, "samples_skipped", json_integer((json_int_t)series_median(&bench->skipped)));
+    json_object_set_new(json, "cast_ms", json_series(&bench->cast));
+    json_object_set_new(json, "samples_per_second", json_number(samples_per_second(bench)));
+    json_object_set_new(json, "texture_samples_per_second", json_number(bench->sample_limit));
+    json_object_set_new(json, "upload_ms", json_number(bench->upload_ms));
+    json_object_set_new(json, "upload_mb_per_second", json_number(volume_mb(bench) / (bench->upload_ms * 1e-3)));
+    json_object_set_new(json, "device_bytes",
+                        bench->loaded->device ? json_integer((json_int_t)counter(bench, "bytes on the device")) : json_null());
     json_object_set_new(json, "peak_memory_mb", json_number(peak_memory_mb()));
-    json_object_set_new(json, "volume_mb", json_number((double)pel_volume_bytes(&bench->loaded->volume) / 1048576));
+    json_object_set_new(json, "volume_mb", json_number(volume_mb(bench)));
     json_object_set_new(json, "load_ms", json_number(bench->loaded->load_ms));
     json_object_set_new(json, "threads", json_integer(stats->threads));
     json_object_set_new(json, "device", json_text(stats->device));
@@ -228,8 +266,14 @@ static void print_text(const struct bench *bench)
     print_series("after isovalue change", &bench->isovalue);
     printf("%-22s %12.0f a frame\n", "samples taken", series_median(&bench->taken));
     printf("%-22s %12.0f a frame\n", "samples skipped", series_median(&bench->skipped));
-    printf("%-22s %9.1f MB   (volume %.1f MB)\n", "peak memory", peak_memory_mb(),
-           (double)pel_volume_bytes(&bench->loaded->volume) / 1048576);
+    if (bench->cast.count)
+        printf("%-22s %9.1f million a second while rays are cast\n", "samples", samples_per_second(bench) * 1e-6);
+    if (bench->sample_limit > 0)
+        printf("%-22s %9.1f million a second (limit)\n", "texture samples", bench->sample_limit * 1e-6);
+    if (bench->loaded->device)
+        printf("%-22s %9.2f ms   (%.0f MB a second); %.1f MB on the device\n", "upload", bench->upload_ms,
+               volume_mb(bench) / (bench->upload_ms * 1e-3), counter(bench, "bytes on the device") / 1048576);
+    printf("%-22s %9.1f MB   (volume %.1f MB)\n", "peak memory", peak_memory_mb(), volume_mb(bench));
 }
 
 static int run(const struct command *command, int argc, char **argv)
@@ -252,7 +296,7 @@ static int run(const struct command *command, int argc, char **argv)
     bench.loaded = &loaded;
     pel_image_init(&bench.image);
     bool fine = measure(&bench, &progress, &error);
-    struct series *all[] = { &bench.frames, &bench.transfer, &bench.isovalue, &bench.taken, &bench.skipped };
+    struct series *all[] = { &bench.frames, &bench.transfer, &bench.isovalue, &bench.taken, &bench.skipped, &bench.cast };
     for (size_t i = 0; i < sizeof all / sizeof all[0]; i++)
         series_sort(all[i]);
     if (fine && values.json)
@@ -275,8 +319,10 @@ const struct command command_bench = {
         "the values' range), and in mode isosurface after changes of the isovalue by as much. A change's time is from the edit to the "
         "picture.\n\n"
         "--json prints frame_ms, transfer_change_ms and isovalue_change_ms (each median, min, max and all, or null), first_frame_ms, "
-        "samples_taken and samples_skipped (medians), peak_memory_mb and volume_mb (of 1048576 bytes), load_ms, threads, device, isa, "
-        "technique and size.",
+        "samples_taken and samples_skipped (medians), cast_ms (while rays are cast), samples_per_second (in that time), "
+        "texture_samples_per_second (what the GPU takes along the same rays if it does nothing else; null on the CPU), upload_ms, "
+        "upload_mb_per_second, device_bytes (null on the CPU), peak_memory_mb and volume_mb (of 1048576 bytes), load_ms, threads, "
+        "device, isa, technique and size.",
     .examples = "  pellucid bench head.nrrd --shade --json\n"
                 "  pellucid bench head.nrrd --isovalue 90 --size 1024 --frames 15",
     .groups = groups,

@@ -84,6 +84,10 @@ bool pel_renderer_finished(const struct pel_renderer *renderer);
 /* Statistics of the last draw; valid until the next. */
 const struct pel_frame_stats *pel_renderer_stats(const struct pel_renderer *renderer);
 
+/* How many trilinear samples of the volume a second the GPU takes along the rays of the last draw where it does nothing else: what the samples
+ * of a frame are held to. PEL_ERROR_UNSUPPORTED where that was drawn on the CPU, or the GPU cannot hold the volume whole. */
+bool pel_renderer_sample_limit(struct pel_renderer *renderer, double *samples_per_second, struct pel_error *error);
+
 /* Forgets what was prepared from the volume: call it after changing samples in place. */
 void pel_renderer_invalidate(struct pel_renderer *renderer);
 

@@ -31,6 +31,7 @@ struct pel_renderer {
     struct seen *seen[MAX_TECHNIQUES];
     struct pel_refinement refinement; /* of the view that was drawn last */
     bool finished;
+    size_t last; /* technique that drew */
     struct pel_frame_stats stats;
 };
 
@@ -104,6 +105,20 @@ void pel_renderer_invalidate(struct pel_renderer *r)
 bool pel_renderer_finished(const struct pel_renderer *r)
 {
     return r->finished;
+}
+
+bool pel_renderer_sample_limit(struct pel_renderer *r, double *samples_per_second, struct pel_error *error)
+{
+    const struct pel_technique *t = pel_techniques[r->last];
+    struct pel_device *device = device_for(r, t);
+    struct pel_gl_saved saved;
+    if (!device || !r->seen[r->last] || !t->sample_limit)
+        return pel_fail(error, PEL_ERROR_UNSUPPORTED, "nothing was drawn on a GPU");
+    if (!enter_device(device, &saved, error))
+        return false;
+    bool ok = t->sample_limit(r->states[r->last], samples_per_second, error);
+    leave_device(device, &saved);
+    return ok;
 }
 
 const struct pel_frame_stats *pel_renderer_stats(const struct pel_renderer *r)
@@ -269,6 +284,7 @@ static bool draw_with(struct pel_renderer *r, size_t i, const struct pel_scene *
     }
     if (refine)
         add_counter(&r->stats, "frames averaged", (uint64_t)pel_refine_count(f));
+    r->last = i;
     r->finished = ok && (!refine || pel_refine_done(f));
     return ok;
 }

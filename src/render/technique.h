@@ -39,6 +39,7 @@ struct pel_technique {
     bool (*prepare)(void **state, const struct pel_frame *frame, struct pel_error *error);
     bool (*draw)(void *state, const struct pel_frame *frame, struct pel_error *error);
     void (*finish)(void *state); /* accepts NULL */
+    bool (*sample_limit)(void *state, double *samples_per_second, struct pel_error *error); /* or NULL: pel_renderer_sample_limit */
 };
 
 /* The list; NULL at the end. */

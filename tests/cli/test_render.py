@@ -206,10 +206,16 @@ with Folder() as folder:
         result = fine("bench", "bench", volume, "--size", "24", "--frames", "3", "--warmup", "1", "--json", *words)
         told = result.json()
         check(list(told) == ["frame_ms", "first_frame_ms", "transfer_change_ms", "isovalue_change_ms", "samples_taken", "samples_skipped",
+                             "cast_ms", "samples_per_second", "texture_samples_per_second", "upload_ms", "upload_mb_per_second", "device_bytes",
                              "peak_memory_mb", "volume_mb", "load_ms", "threads", "device", "isa", "technique", "size"], "bench's keys", list(told))
         check(set(told["frame_ms"]) == {"median", "min", "max", "all"} and len(told["frame_ms"]["all"]) == 3 and told["samples_taken"] > 0 and
               told["size"] == [24, 24] and (told["isovalue_change_ms"] is None) == (not words) and
               told["frame_ms"]["min"] <= told["frame_ms"]["median"] <= told["frame_ms"]["max"], "bench's values", told)
+        check(told["samples_per_second"] > 0 and told["cast_ms"]["median"] > 0, "bench's rates", told)
+        if any(d["usable"] for d in devices):
+            told = fine("bench on a GPU", "bench", volume, "--size", "24", "--frames", "1", "--device", "gpu", "--json", *words).json()
+            check(all(told[key] > 0 for key in ["samples_per_second", "texture_samples_per_second", "upload_ms", "upload_mb_per_second", "device_bytes"]),
+                  "what a GPU adds", told)
     fine("bench for people", "bench", volume, "--size", "24", "--frames", "1")
     told = run("techniques", "--json").json()
     check({t["name"] for t in told} >= {"raycast", "reference"} and all(set(t) == {"name", "summary", "citation", "engines", "options"} for t in told) and

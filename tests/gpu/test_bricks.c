@@ -167,11 +167,44 @@ static void test_long_steps(void **state)
             char what[64];
             scene.render.mode = (enum pel_mode)mode;
             scene.render.classification = i < 6 ? PEL_CLASSIFICATION_PREINTEGRATED : PEL_CLASSIFICATION_POST;
-            scene.render.shade = i & 1;
+            scene.render.shade = i / 3 & 1; /* so that the step alone changes, too */
             scene.render.step = steps[i % 6];
             snprintf(what, sizeof what, "mode %d, step %g", mode, scene.render.step);
             check_bricks(whole, bricks, &scene, 48, 0, what);
         }
+    pel_renderer_destroy(bricks);
+    pel_renderer_destroy(whole);
+    pel_scene_finish(&scene);
+    pel_volume_finish(&volume);
+}
+
+/* A view at rest, from a long step to half a voxel and back. */
+static void test_refine(void **state)
+{
+    (void)state;
+    need_device();
+    struct pel_volume volume;
+    struct pel_scene scene;
+    struct pel_image one, many;
+    struct pel_renderer *whole = gpu_renderer(), *bricks = gpu_renderer();
+    make_sized(&volume, &scene, dims, PEL_U8, far_blob);
+    scene.render.step = 5.5;
+    scene.render.refine = 3;
+    for (int mode = 0; mode <= PEL_MODE_ISOSURFACE; mode += PEL_MODE_ISOSURFACE) {
+        scene.render.mode = (enum pel_mode)mode;
+        do {
+            draw_gpu(whole, &scene, WIDTH, HEIGHT, &one);
+            int before = make_small(48, 0);
+            draw_gpu(bricks, &scene, WIDTH, HEIGHT, &many);
+            make_small(before, 0);
+            assert_int_equal(counter(whole, "frames averaged"), counter(bricks, "frames averaged"));
+            check_at_least(psnr(&one, &many), 75, "mode %d, %d frames averaged: PSNR of bricks against the whole, dB", mode,
+                           (int)counter(whole, "frames averaged"));
+            pel_image_finish(&one);
+            pel_image_finish(&many);
+        } while (!pel_renderer_finished(whole));
+        assert_true(pel_renderer_finished(bricks));
+    }
     pel_renderer_destroy(bricks);
     pel_renderer_destroy(whole);
     pel_scene_finish(&scene);
@@ -248,7 +281,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_sides),        cmocka_unit_test(test_memory), cmocka_unit_test(test_views),
-        cmocka_unit_test(test_long_steps),   cmocka_unit_test(test_what_travels), cmocka_unit_test(test_limits),
+        cmocka_unit_test(test_long_steps),   cmocka_unit_test(test_refine), cmocka_unit_test(test_what_travels), cmocka_unit_test(test_limits),
     };
     return cmocka_run_group_tests(tests, open_device, close_device);
 }

@@ -233,6 +233,46 @@ static void test_refine(void **state)
     pel_volume_finish(&volume);
 }
 
+/* The measure is of the device, and leaves the renderer as it was; nothing is measured before a draw, or of the CPU. */
+static void test_sample_limit(void **state)
+{
+    (void)state;
+    need_device();
+    struct pel_error error = PEL_ERROR_INIT;
+    struct pel_renderer *cpu = pel_renderer_create(&(struct pel_renderer_params)PEL_RENDERER_PARAMS_INIT, &error);
+    const struct {
+        enum pel_type type;
+        formula *f;
+    } cases[] = { { PEL_U8, blob }, { PEL_F32, holed } };
+    for (int i = 0; i < 2; i++) {
+        struct pel_volume volume;
+        struct pel_scene scene;
+        struct pel_image before, after;
+        struct pel_renderer *renderer = gpu_renderer();
+        double rate = 0;
+        make_typed(&volume, &scene, cases[i].type, cases[i].f);
+        assert_false(pel_renderer_sample_limit(renderer, &rate, &error));
+        assert_int_equal(error.code, PEL_ERROR_UNSUPPORTED);
+        draw_gpu(renderer, &scene, WIDTH, HEIGHT, &before);
+        if (!pel_renderer_sample_limit(renderer, &rate, &error))
+            fail_msg("%s", error.message);
+        check_at_least(rate, 1000, "texture samples a second");
+        draw_gpu(renderer, &scene, WIDTH, HEIGHT, &after);
+        check_at_most(largest_difference(&before, &after), 0, "after measuring");
+        pel_image_finish(&after);
+        pel_image_finish(&before);
+        pel_image_init(&after);
+        assert_true(pel_image_allocate(&after, 8, 8, false, NULL) && pel_renderer_draw(cpu, &scene, "raycast", &after, NULL));
+        assert_false(pel_renderer_sample_limit(cpu, &rate, &error));
+        pel_image_finish(&after);
+        pel_renderer_destroy(renderer);
+        pel_scene_finish(&scene);
+        pel_volume_finish(&volume);
+    }
+    pel_renderer_destroy(cpu);
+    assert_int_equal(pel_device_objects(device), 0);
+}
+
 static long resident_kb(void)
 {
     long pages = 0, resident = 0;
@@ -278,7 +318,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_ways),      cmocka_unit_test(test_types_and_settings), cmocka_unit_test(test_skipping),
-        cmocka_unit_test(test_grids_of_its_own), cmocka_unit_test(test_reference), cmocka_unit_test(test_refine), cmocka_unit_test(test_nothing_stays),
+        cmocka_unit_test(test_grids_of_its_own), cmocka_unit_test(test_reference), cmocka_unit_test(test_refine), cmocka_unit_test(test_sample_limit), cmocka_unit_test(test_nothing_stays),
     };
     return cmocka_run_group_tests(tests, open_device, close_device);
 }

@@ -9,6 +9,7 @@
 #include "bricks.h"
 #include "fail.h"
 #include "gpu_cells.h"
+#include "gpu_rate.h"
 #include "parallel.h"
 #include "rays.h"
 #include "timer.h"
@@ -493,4 +494,13 @@ bool pel_gpu_raycaster_draw(struct pel_gpu_raycaster *rc, const struct pel_frame
     pel_frame_stage(frame, "read back", start);
     note_counters(rc, frame);
     return ok && pel_device_check(rc->device, "counters", error);
+}
+
+bool pel_gpu_raycaster_sample_limit(struct pel_gpu_raycaster *rc, double *samples_per_second, struct pel_error *error)
+{
+    if (rc->in_bricks || !rc->brick_count || !rc->bricks[0].texture.name || !rc->picture.name)
+        return pel_fail(error, PEL_ERROR_UNSUPPORTED, "the device does not hold the volume whole");
+    const struct pel_gpu_rate rate = { &rc->programs, &rc->bricks[0].texture, rc->format.voids ? GL_NEAREST : GL_LINEAR, &rc->picture, &rc->counters };
+    bind(rc, &rc->bricks[0]);
+    return pel_gpu_rate_measure(rc->device, &rate, samples_per_second, error);
 }

@@ -14,5 +14,7 @@ struct pel_gpu_raycaster *pel_gpu_raycaster_create(struct pel_device *device, st
 void pel_gpu_raycaster_destroy(struct pel_gpu_raycaster *raycaster); /* accepts NULL */
 bool pel_gpu_raycaster_prepare(struct pel_gpu_raycaster *raycaster, const struct pel_frame *frame, struct pel_error *error);
 bool pel_gpu_raycaster_draw(struct pel_gpu_raycaster *raycaster, const struct pel_frame *frame, struct pel_error *error);
+/* Of the last frame's rays (gpu_rate.h). Not for volumes in bricks. */
+bool pel_gpu_raycaster_sample_limit(struct pel_gpu_raycaster *raycaster, double *samples_per_second, struct pel_error *error);
 
 #endif

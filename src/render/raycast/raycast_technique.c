@@ -4,6 +4,7 @@
 #include <stdlib.h>
 
 #include "alloc.h"
+#include "fail.h"
 #include "raycast.h"
 #include "raycast_gpu.h"
 #include "technique.h"
@@ -81,6 +82,13 @@ static bool draw(void *state, const struct pel_frame *frame, struct pel_error *e
     return frame->device ? pel_gpu_raycaster_draw(caster->gpu, frame, error) : draw_cpu(caster->cpu, frame, error);
 }
 
+static bool sample_limit(void *state, double *samples_per_second, struct pel_error *error)
+{
+    struct caster *caster = state;
+    return caster->gpu ? pel_gpu_raycaster_sample_limit(caster->gpu, samples_per_second, error)
+                       : pel_fail(error, PEL_ERROR_UNSUPPORTED, "the CPU engine has no texture units");
+}
+
 static void finish(void *state)
 {
     struct caster *caster = state;
@@ -102,5 +110,6 @@ const struct pel_technique pel_technique_raycast = {
     },
     .prepare = prepare,
     .draw = draw,
+    .sample_limit = sample_limit,
     .finish = finish,
 };
