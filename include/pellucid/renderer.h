@@ -71,10 +71,10 @@ void pel_renderer_destroy(struct pel_renderer *renderer);
 bool pel_renderer_draw(struct pel_renderer *renderer, const struct pel_scene *scene, const char *technique, struct pel_image *image,
                        struct pel_error *error);
 
-/* Refinement at rest: where scene->render.refine is N > 0, the first draw of a view is as the settings say. Each further draw of the same scene,
- * technique and size draws one more frame, with jitter and a step of half a voxel at most, each frame with its samples elsewhere, and returns
- * the mean of these frames so far. The counter "frames averaged" tells their number: 0 at first. Once it is N (at once where jitter moves
- * nothing, since then all frames are alike) the picture is returned without drawing. Depth stays the first draw's. Any change
+/* Refinement at rest: where scene->render.refine is N > 0, the first draw of a view is as the settings say. Each further draw of the same
+ * scene, technique and size draws one more frame, with jitter and a step of half a voxel at most, each frame with its samples elsewhere,
+ * and returns the mean of these frames so far. The counter "frames averaged" tells their number: 0 at first. Once it is N (soon where
+ * jitter moves nothing, since then all frames are alike) the picture is returned without drawing. Depth stays the first draw's. Any change
  * starts over, also asking for depth where the first draw was not asked. A draw that fails adds no frame. The renderer holds a copy of the
  * picture for it.
  *
@@ -84,8 +84,8 @@ bool pel_renderer_finished(const struct pel_renderer *renderer);
 /* Statistics of the last draw; valid until the next. */
 const struct pel_frame_stats *pel_renderer_stats(const struct pel_renderer *renderer);
 
-/* How many trilinear samples of the volume a second the GPU takes along the rays of the last draw where it does nothing else: what the samples
- * of a frame are held to. PEL_ERROR_UNSUPPORTED where that was drawn on the CPU, or the GPU cannot hold the volume whole. */
+/* How many trilinear samples of the volume a second the GPU takes along the rays of the last draw where it does nothing else: what the
+ * samples of a frame are held to. PEL_ERROR_UNSUPPORTED where that was drawn on the CPU, or the GPU cannot hold the volume whole. */
 bool pel_renderer_sample_limit(struct pel_renderer *renderer, double *samples_per_second, struct pel_error *error);
 
 /* Forgets what was prepared from the volume: call it after changing samples in place. */

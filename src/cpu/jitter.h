@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
-/* The pseudo-random part of a step by which a pixel's samples are moved: a hash, so that it is the same on every run and thread. Frame j of a
- * refined picture moves them on by j times the golden fraction, modulo 1, so that any number of frames spreads evenly over the step. */
+/* The pseudo-random part of a step by which a pixel's samples are moved: a hash, so that it is the same on every run and thread. Frame j of
+ * a refined picture moves them on by j times the golden fraction, modulo 1, so that any number of frames spreads evenly over the step. */
 #ifndef PEL_CPU_JITTER_H
 #define PEL_CPU_JITTER_H
 

@@ -179,8 +179,8 @@ static void test_reference(void **state)
     pel_volume_finish(&volume);
 }
 
-/* Refined on both engines alike; one refined frame is what its settings draw by themselves, also where the first frame's step is so long that
- * nothing is passed over, and the interactive step comes back. */
+/* Refined on both engines alike; one refined frame is what its settings draw by themselves, also where the first frame's step is so long
+ * that nothing is passed over, and the interactive step comes back. */
 static void test_refine(void **state)
 {
     (void)state;
@@ -188,7 +188,8 @@ static void test_refine(void **state)
     struct pel_volume volume;
     struct pel_scene scene;
     struct pel_error error = PEL_ERROR_INIT;
-    struct pel_renderer *renderer = gpu_renderer(), *cpu = pel_renderer_create(&(struct pel_renderer_params)PEL_RENDERER_PARAMS_INIT, &error);
+    struct pel_renderer_params on_cpu = PEL_RENDERER_PARAMS_INIT;
+    struct pel_renderer *renderer = gpu_renderer(), *cpu = pel_renderer_create(&on_cpu, &error);
     make_typed(&volume, &scene, PEL_U8, blob);
     scene.render.shade = true;
     for (int way = 0; way <= PEL_MODE_SLICE + 1; way++) {
@@ -317,8 +318,10 @@ static void test_nothing_stays(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_ways),      cmocka_unit_test(test_types_and_settings), cmocka_unit_test(test_skipping),
-        cmocka_unit_test(test_grids_of_its_own), cmocka_unit_test(test_reference), cmocka_unit_test(test_refine), cmocka_unit_test(test_sample_limit), cmocka_unit_test(test_nothing_stays),
+        cmocka_unit_test(test_ways),         cmocka_unit_test(test_types_and_settings),
+        cmocka_unit_test(test_skipping),     cmocka_unit_test(test_grids_of_its_own),
+        cmocka_unit_test(test_reference),    cmocka_unit_test(test_refine),
+        cmocka_unit_test(test_sample_limit), cmocka_unit_test(test_nothing_stays),
     };
     return cmocka_run_group_tests(tests, open_device, close_device);
 }

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: MIT */
-/* Refinement at rest: the mean of jittered frames is nearer to the truth, any change starts over, and nothing of it is seen where it is off. */
+/* Refinement at rest: the mean of jittered frames is nearer to the truth, any change starts over, and nothing of it is seen where it is
+ * off. */
 #include "pictures.h"
 
 enum { WIDTH = 57, HEIGHT = 43, FRAMES = 16 };

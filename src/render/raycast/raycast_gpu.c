@@ -500,7 +500,8 @@ bool pel_gpu_raycaster_sample_limit(struct pel_gpu_raycaster *rc, double *sample
 {
     if (rc->in_bricks || !rc->brick_count || !rc->bricks[0].texture.name || !rc->picture.name)
         return pel_fail(error, PEL_ERROR_UNSUPPORTED, "the device does not hold the volume whole");
-    const struct pel_gpu_rate rate = { &rc->programs, &rc->bricks[0].texture, rc->format.voids ? GL_NEAREST : GL_LINEAR, &rc->picture, &rc->counters };
+    const GLenum filter = rc->format.voids ? GL_NEAREST : GL_LINEAR;
+    const struct pel_gpu_rate rate = { &rc->programs, &rc->bricks[0].texture, filter, &rc->picture, &rc->counters };
     bind(rc, &rc->bricks[0]);
     return pel_gpu_rate_measure(rc->device, &rate, samples_per_second, error);
 }
