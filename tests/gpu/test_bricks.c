@@ -172,6 +172,13 @@ static void test_long_steps(void **state)
             snprintf(what, sizeof what, "mode %d, step %g", mode, scene.render.step);
             check_bricks(whole, bricks, &scene, 48, 0, what);
         }
+    /* A longer step that ends skipping, in bricks that were found empty at a short one. */
+    scene.render.mode = PEL_MODE_ISOSURFACE;
+    for (int i = 0; i < 4; i++) {
+        scene.render.step = i & 1 ? 9 : 0.5;
+        scene.isosurfaces[0].value = i < 2 ? 60.2 : 60.4;
+        check_bricks(whole, bricks, &scene, 48, 0, "a longer step");
+    }
     pel_renderer_destroy(bricks);
     pel_renderer_destroy(whole);
     pel_scene_finish(&scene);
