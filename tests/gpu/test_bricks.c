@@ -175,8 +175,8 @@ static void test_long_steps(void **state)
     /* A longer step that ends skipping, in bricks that were found empty at a short one. */
     scene.render.mode = PEL_MODE_ISOSURFACE;
     for (int i = 0; i < 4; i++) {
-        scene.render.step = i & 1 ? 9 : 0.5;
-        scene.isosurfaces[0].value = i < 2 ? 60.2 : 60.4;
+        scene.render.step = i & 1 ? 16.7 : 0.5;
+        scene.isosurfaces[0].value = i < 2 ? 85.2 : 85.4;
         check_bricks(whole, bricks, &scene, 48, 0, "a longer step");
     }
     pel_renderer_destroy(bricks);
