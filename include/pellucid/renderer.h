@@ -73,8 +73,8 @@ bool pel_renderer_draw(struct pel_renderer *renderer, const struct pel_scene *sc
 
 /* Refinement at rest: where scene->render.refine is N > 0, the first draw of a view is as the settings say. Each further draw of the same
  * scene, technique and size draws one more frame, with jitter and a step of half a voxel at most, each frame with its samples elsewhere,
- * and returns the mean of these frames so far. The counter "frames averaged" tells their number: 0 at first. Once it is N (soon where
- * jitter moves nothing, since then all frames are alike) the picture is returned without drawing. Depth stays the first draw's. Any change
+ * and returns the mean of these frames so far. The counter "frames averaged" tells their number: 0 at first. Once it is N (after
+ * three frames where these are equal to the last bit, since jitter moves nothing then) the picture is returned without drawing. Depth stays the first draw's. Any change
  * starts over, also asking for depth where the first draw was not asked. A draw that fails adds no frame. The renderer holds a copy of the
  * picture for it.
  *

@@ -40,19 +40,23 @@ static bool has_extension(const char *name)
 }
 
 /* The extensions tell in KiB. */
-static uint64_t memory(bool now_free)
+static bool memory(bool now_free, uint64_t *bytes)
 {
     GLint kib[4] = { 0 };
+    bool told = true;
     if (has_extension("GL_NVX_gpu_memory_info"))
         glGetIntegerv(now_free ? GL_GPU_MEMORY_INFO_CURRENT_AVAILABLE_VIDMEM_NVX : GL_GPU_MEMORY_INFO_DEDICATED_VIDMEM_NVX, kib);
     else if (has_extension("GL_ATI_meminfo"))
         glGetIntegerv(GL_TEXTURE_FREE_MEMORY_ATI, kib);
-    return (uint64_t)(GLuint)kib[0] * 1024; /* over 2 TiB the sign is lost, not the number */
+    else
+        told = false;
+    *bytes = (uint64_t)(GLuint)kib[0] * 1024; /* over 2 TiB the sign is lost, not the number */
+    return told;
 }
 
-uint64_t pel_device_free_bytes(const struct pel_device *device)
+bool pel_device_free_bytes(const struct pel_device *device, uint64_t *bytes)
 {
-    return device->info.software ? 0 : memory(true);
+    return !device->info.software && memory(true, bytes);
 }
 
 bool pel_gl_describe(struct pel_device_info *info)
@@ -71,7 +75,8 @@ bool pel_gl_describe(struct pel_device_info *info)
                  info->version);
         return true;
     }
-    info->memory_bytes = info->software ? 0 : memory(false);
+    if (!info->software)
+        memory(false, &info->memory_bytes);
     info->max_texture_2d = get_int(GL_MAX_TEXTURE_SIZE);
     info->max_texture_3d = get_int(GL_MAX_3D_TEXTURE_SIZE);
     info->max_array_layers = get_int(GL_MAX_ARRAY_TEXTURE_LAYERS);

@@ -268,6 +268,11 @@ int pel_device_objects(const struct pel_device *device)
     return device->objects;
 }
 
+bool pel_device_is_current(const struct pel_device *device)
+{
+    return device->depth > 0 && !device->lost;
+}
+
 /* Errors that a host left pending would be taken for ours. In a lost context glGetError may tell so for ever: hence the bound. */
 static void clear_errors(void)
 {

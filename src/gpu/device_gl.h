@@ -29,6 +29,7 @@ struct pel_device {
     struct pel_egl egl;
     struct pel_egl_current before; /* what pel_device_begin found */
     void *borrowed;                /* the EGL context that was wrapped; NULL: ours, or one of another kind (GLX, WGL) */
+    uint64_t room; /* tests: as if the device had memory for so many bytes in all; 0: what it has */
     bool own;
     bool lost; /* the GPU was reset: nothing works any more */
     int depth; /* of nested begins */
@@ -51,12 +52,15 @@ void pel_device_end(struct pel_device *device); /* only after a begin that worke
  * PEL_ERROR_MEMORY, a lost device and everything else PEL_ERROR_UNSUPPORTED. Clears the errors. */
 bool pel_device_check(struct pel_device *device, const char *what, struct pel_error *error);
 
-/* Bytes that the driver calls free now, between begin and end; 0: it does not tell. */
-uint64_t pel_device_free_bytes(const struct pel_device *device);
+/* Bytes that the driver calls free now, between begin and end. False: it does not tell. */
+bool pel_device_free_bytes(const struct pel_device *device, uint64_t *bytes);
 
-enum { PEL_SAVED_UNITS = 16, PEL_SAVED_IMAGES = 8, PEL_SAVED_BUFFERS = 16, PEL_SAVED_TARGETS = 5, PEL_SAVED_STORES = 16 };
+/* Whether GL may be called on this thread, between begin and end: objects of a context that is gone are gone with it. */
+bool pel_device_is_current(const struct pel_device *device);
 
-/* The state that our passes change, as a host program had it: program, texture units 0..15 (1D, 2D, 3D, 2D array, buffer; samplers), image
+enum { PEL_SAVED_UNITS = 16, PEL_SAVED_IMAGES = 8, PEL_SAVED_BUFFERS = 16, PEL_SAVED_TARGETS = 11, PEL_SAVED_STORES = 16 };
+
+/* The state that our passes change, as a host program had it: program, texture units 0..15 (all targets; samplers), image
  * units 0..7, storage and uniform buffers 0..15, pixel store, pixel pack and unpack buffers, framebuffers, vertex array, viewport. */
 struct pel_gl_saved {
     GLint program, active_texture, vertex_array, draw_framebuffer, read_framebuffer, viewport[4];

@@ -29,6 +29,9 @@ bool pel_texture_reserve(struct pel_device *device, struct pel_texture *texture,
     if (texture->name && texture->format == format && !memcmp(texture->size, size, sizeof size))
         return true;
     pel_texture_destroy(device, texture);
+    uint64_t bytes = texel_bytes(format) * (uint64_t)width * (uint64_t)height * (uint64_t)size[2];
+    if (device->room && device->bytes + bytes > device->room)
+        return pel_fail(error, PEL_ERROR_MEMORY, "texture: no memory on the device");
     glCreateTextures(depth > 0 ? GL_TEXTURE_3D : GL_TEXTURE_2D, 1, &texture->name);
     if (!texture->name)
         return pel_fail(error, PEL_ERROR_MEMORY, "GPU: no more textures");
@@ -44,7 +47,7 @@ bool pel_texture_reserve(struct pel_device *device, struct pel_texture *texture,
     }
     texture->format = format;
     memcpy(texture->size, size, sizeof size);
-    texture->bytes = texel_bytes(format) * (uint64_t)width * (uint64_t)height * (uint64_t)size[2];
+    texture->bytes = bytes;
     device->objects++;
     device->bytes += texture->bytes;
     if (pel_device_check(device, "texture", error))
@@ -57,7 +60,8 @@ void pel_texture_destroy(struct pel_device *device, struct pel_texture *texture)
 {
     if (!texture->name)
         return;
-    glDeleteTextures(1, &texture->name);
+    if (pel_device_is_current(device))
+        glDeleteTextures(1, &texture->name);
     device->objects--;
     device->bytes -= texture->bytes;
     memset(texture, 0, sizeof *texture);
@@ -88,7 +92,8 @@ void pel_buffer_destroy(struct pel_device *device, struct pel_buffer *buffer)
 {
     if (!buffer->name)
         return;
-    glDeleteBuffers(1, &buffer->name);
+    if (pel_device_is_current(device))
+        glDeleteBuffers(1, &buffer->name);
     device->objects--;
     device->bytes -= buffer->bytes;
     memset(buffer, 0, sizeof *buffer);
@@ -96,34 +101,34 @@ void pel_buffer_destroy(struct pel_device *device, struct pel_buffer *buffer)
 
 void pel_gpu_timer_begin(struct pel_device *device, struct pel_gpu_timer *timer, const char *stage)
 {
-    if (!timer->query) {
-        glCreateQueries(GL_TIME_ELAPSED, 1, &timer->query);
-        device->objects++;
+    if (!timer->queries[0]) {
+        glCreateQueries(GL_TIMESTAMP, 2, timer->queries);
+        device->objects += 2;
     }
     glPushDebugGroup(GL_DEBUG_SOURCE_APPLICATION, 0, -1, stage);
-    glBeginQuery(GL_TIME_ELAPSED, timer->query);
+    glQueryCounter(timer->queries[0], GL_TIMESTAMP);
 }
 
 void pel_gpu_timer_end(struct pel_gpu_timer *timer)
 {
-    (void)timer;
-    glEndQuery(GL_TIME_ELAPSED);
+    glQueryCounter(timer->queries[1], GL_TIMESTAMP);
     glPopDebugGroup();
 }
 
 double pel_gpu_timer_ms(struct pel_gpu_timer *timer)
 {
-    GLuint64 ns = 0;
-    if (timer->query)
-        glGetQueryObjectui64v(timer->query, GL_QUERY_RESULT, &ns);
-    return (double)ns * 1e-6;
+    GLuint64 ns[2] = { 0, 0 };
+    for (int i = 0; i < 2 && timer->queries[0]; i++)
+        glGetQueryObjectui64v(timer->queries[i], GL_QUERY_RESULT, &ns[i]);
+    return ns[1] > ns[0] ? (double)(ns[1] - ns[0]) * 1e-6 : 0;
 }
 
 void pel_gpu_timer_destroy(struct pel_device *device, struct pel_gpu_timer *timer)
 {
-    if (!timer->query)
+    if (!timer->queries[0])
         return;
-    glDeleteQueries(1, &timer->query);
-    device->objects--;
-    timer->query = 0;
+    if (pel_device_is_current(device))
+        glDeleteQueries(2, timer->queries);
+    device->objects -= 2;
+    timer->queries[0] = timer->queries[1] = 0;
 }

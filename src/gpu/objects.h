@@ -52,9 +52,9 @@ struct pel_buffer {
 bool pel_buffer_fill(struct pel_device *device, struct pel_buffer *buffer, const void *data, size_t bytes, struct pel_error *error);
 void pel_buffer_destroy(struct pel_device *device, struct pel_buffer *buffer); /* accepts a zeroed one */
 
-/* Time of what is submitted between begin and end, on the GPU. */
+/* Time of what is submitted between begin and end, on the GPU: by its clock at both, so that nothing hinders a host's own timers. */
 struct pel_gpu_timer {
-    GLuint query;
+    GLuint queries[2];
 };
 void pel_gpu_timer_begin(struct pel_device *device, struct pel_gpu_timer *timer,
                          const char *stage); /* opens a debug group of that name, too */

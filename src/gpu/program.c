@@ -180,7 +180,8 @@ void pel_program_destroy(struct pel_device *device, GLuint program)
 {
     if (!program)
         return;
-    glDeleteProgram(program);
+    if (pel_device_is_current(device))
+        glDeleteProgram(program);
     device->objects--;
 }
 

@@ -1,8 +1,9 @@
 /* SPDX-License-Identifier: MIT */
-/* A host program's state, kept through our passes: what they bind, and what would mislead them. Some 250 queries, which no driver sends to
+/* A host program's state, kept through our passes: what they bind, and what would mislead them. Some 350 queries, which no driver sends to
  * the GPU. */
 #include "device_gl.h"
 
+/* All that a unit has: binding nothing to a unit empties every one. */
 static const struct {
     GLenum target, binding;
 } targets[PEL_SAVED_TARGETS] = {
@@ -11,6 +12,12 @@ static const struct {
     { GL_TEXTURE_3D, GL_TEXTURE_BINDING_3D },
     { GL_TEXTURE_2D_ARRAY, GL_TEXTURE_BINDING_2D_ARRAY },
     { GL_TEXTURE_BUFFER, GL_TEXTURE_BINDING_BUFFER },
+    { GL_TEXTURE_RECTANGLE, GL_TEXTURE_BINDING_RECTANGLE },
+    { GL_TEXTURE_CUBE_MAP, GL_TEXTURE_BINDING_CUBE_MAP },
+    { GL_TEXTURE_1D_ARRAY, GL_TEXTURE_BINDING_1D_ARRAY },
+    { GL_TEXTURE_CUBE_MAP_ARRAY, GL_TEXTURE_BINDING_CUBE_MAP_ARRAY },
+    { GL_TEXTURE_2D_MULTISAMPLE, GL_TEXTURE_BINDING_2D_MULTISAMPLE },
+    { GL_TEXTURE_2D_MULTISAMPLE_ARRAY, GL_TEXTURE_BINDING_2D_MULTISAMPLE_ARRAY },
 };
 
 static const struct {

@@ -48,7 +48,7 @@ bool pel_refine_begin(struct pel_refinement *f, size_t technique, int wanted, co
     f->technique = technique;
     f->wanted = wanted;
     f->frames = 0;
-    f->still = false;
+    f->still = f->moved = false;
     f->pixels = pixels;
     if (!image->depth) {
         free(f->depth);
@@ -69,7 +69,7 @@ bool pel_refine_reserve(struct pel_refinement *f, struct pel_error *error)
 struct rows {
     struct pel_refinement *refinement;
     struct pel_image *image;
-    atomic_bool moved; /* some pixel differs from the first refined frame's */
+    atomic_bool moved; /* some pixel differs from those of the first refined frames */
 };
 
 static void add_row(void *context, size_t y, int thread)
@@ -84,18 +84,23 @@ static void add_row(void *context, size_t y, int thread)
         memcpy(sum, from, values * sizeof *sum);
         return;
     }
-    if (f->frames == 1 && memcmp(sum, from, values * sizeof *sum))
-        atomic_store_explicit(&rows->moved, true, memory_order_relaxed);
-    for (size_t i = 0; i < values; i++)
+    const float frames = (float)f->frames;
+    bool moved = false;
+    for (size_t i = 0; i < values; i++) {
+        moved |= frames <= 2 && sum[i] != frames * from[i]; /* exact for one and two */
         sum[i] += from[i];
+    }
+    if (moved)
+        atomic_store_explicit(&rows->moved, true, memory_order_relaxed);
 }
 
 void pel_refine_add(struct pel_refinement *f, int threads, const struct pel_image *image)
 {
     struct rows rows = { .refinement = f, .image = (struct pel_image *)image };
     pel_parallel_for(threads, (size_t)image->height, add_row, &rows);
-    f->still = f->frames == 1 && !atomic_load(&rows.moved);
+    f->moved |= atomic_load(&rows.moved);
     f->frames++;
+    f->still = f->frames >= 3 && !f->moved;
 }
 
 static void show_row(void *context, size_t y, int thread)

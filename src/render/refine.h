@@ -12,7 +12,7 @@ struct pel_refinement {
     bool begun;         /* the view's first frame was drawn */
     size_t technique;   /* its number: a view belongs to one */
     int wanted, frames; /* jittered frames: that the picture shall hold, that the sum holds */
-    bool still;         /* jitter moves nothing */
+    bool moved, still;  /* the first three jittered frames differ; are equal, so that jitter is taken to move nothing */
     size_t pixels;      /* of the planes */
     float *sum;         /* owned, or NULL before the first jittered frame: RGBA of the frames, added */
     float *depth;       /* owned, or NULL where no depth was asked for: of the first frame */
@@ -41,7 +41,7 @@ void pel_refine_add(struct pel_refinement *refinement, int threads, const struct
 /* Puts the mean, and the first frame's depth, into `image`. */
 void pel_refine_show(struct pel_refinement *refinement, int threads, struct pel_image *image);
 
-/* How many frames the mean stands for. A second frame that was the first again says that jitter moves nothing: then all that are wanted. */
+/* How many frames the mean stands for; all that are wanted where jitter moves nothing. */
 int pel_refine_count(const struct pel_refinement *refinement);
 bool pel_refine_done(const struct pel_refinement *refinement);
 

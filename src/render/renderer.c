@@ -86,8 +86,7 @@ void pel_renderer_destroy(struct pel_renderer *r)
     struct pel_gl_saved saved;
     bool entered = enter_device(r->params.device, &saved, NULL);
     for (size_t i = 0; pel_techniques[i]; i++) {
-        if (entered) /* else the context is gone, and what it held with it */
-            pel_techniques[i]->finish(r->states[i]);
+        pel_techniques[i]->finish(r->states[i]); /* where the context is gone, what it held is, too; the rest is memory */
         forget(r, i);
     }
     if (entered)

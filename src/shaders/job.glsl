@@ -9,7 +9,7 @@ layout(std140, binding = 0) uniform JobBlock {
     vec4 planes[12];  // a x + b y + c z + d >= 0 is kept
     ivec4 dims;       // voxels
     ivec4 cells;      // cells of 4^3 voxel steps; w: skip
-    vec4 raw;         // raw = texel * x + y; z: void value, w: 1 if some voxels are void by value
+    vec4 raw;         // raw = texel * x + y; z: void value, w: how near to it a voxel is void (negative: none is by value)
     vec4 table;       // entry = raw * x + y (half an entry is in it); z: last entry, w: step over unit distance
     vec4 light;       // ambient, power of the highlight, specular coefficient, steps a voxel
     vec4 all_diffuse, all_specular; // coefficient times the lights' colours, summed
@@ -25,6 +25,5 @@ layout(std140, binding = 0) uniform JobBlock {
     // A part of the volume that is drawn by itself (BRICKS); the cells above are its own.
     ivec4 brick, brick_size; // first voxel and voxels of its texture
     ivec4 first_cell;
-    ivec4 tile;              // the first tile of 8x8 pixels; z: 1 after the last brick, when what was gathered becomes the picture
     vec4 own_lo, own_hi;     // it takes the samples from own_lo up to, not including, own_hi (index positions)
 } job;

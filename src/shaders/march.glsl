@@ -11,8 +11,8 @@
 // of every branch, runs it only when it is due. Where taking is cheap (#define CHEAP) nobody waits. With #define PLACED there is nothing to march: march_place(Ray r) does it all.
 //
 // BRICKS: a volume in parts (bricks.h), from front to back a dispatch a part, and one that makes the picture of what they gathered. A sample has the same place along its ray in whichever
-// part, and belongs to one of them; a segment to that of its front.
-layout(local_size_x = 64) in; // 8x8 pixels
+// part, and belongs to one of them; a segment to that of its front. tile.z is 1 in the last dispatch.
+#include "tile.glsl"
 #ifdef BRICKS
 layout(rgba32f, binding = 0) uniform image2D picture; // what fillings keep, in the end the picture
 layout(r32f, binding = 1) uniform image2D depth;
@@ -20,7 +20,6 @@ layout(r32f, binding = 1) uniform image2D depth;
 layout(rgba32f, binding = 0) writeonly uniform image2D picture;
 layout(r32f, binding = 1) writeonly uniform image2D depth;
 #endif
-layout(std430, binding = 2) buffer Counters { uvec2 taken, in_box; }; // low and high words
 
 #ifdef BRICKS
 #define FIRST_CELL job.first_cell.xyz
@@ -28,7 +27,7 @@ layout(std430, binding = 2) buffer Counters { uvec2 taken, in_box; }; // low and
 #define FIRST_CELL ivec3(0)
 #endif
 
-// Distances in cells to the nearest cell that may be seen, a map for each octant of directions above the other along z (distance.glsl).
+// Distances in cells to the nearest cell that may be seen: a map for each octant of directions, the eight side by side as the octants are (distance.glsl).
 layout(binding = 1) uniform usampler3D distances;
 
 // Linear light back to display values (the sRGB curve): the colour without its opacity is encoded.
@@ -56,7 +55,7 @@ int samples_before(float exit, float offset)
 int pass_over(const Ray r, int k, vec3 p, inout int look)
 {
     ivec3 cell = clamp((ivec3(p) >> 2) - FIRST_CELL, ivec3(0), job.cells.xyz - 1);
-    int reach = int(texelFetch(distances, cell + ivec3(0, 0, r.octant * job.cells.z), 0).r);
+    int reach = int(texelFetch(distances, cell + (ivec3(r.octant, r.octant >> 1, r.octant >> 2) & 1) * job.cells.xyz, 0).r);
     cell += FIRST_CELL;
 #ifdef ENDS
     int to = max(samples_before(cube_exit(r, cell, max(reach - 1, 0), 4.0), 0.0), k);
@@ -127,11 +126,6 @@ uint march(const Ray r, int k, int end)
 
 #endif // PLACED
 
-// Adds to a counter of two words.
-#define COUNT(counter, more) \
-    if (atomicAdd(counter.x, more) > 0xffffffffu - (more)) \
-        atomicAdd(counter.y, 1u)
-
 void show(ivec2 pixel, const Ray r)
 {
     if (job.counts.z != 0 && result.a > 0.0)
@@ -176,7 +170,7 @@ void march_brick(ivec2 pixel, const Ray r)
     march_place(r);
 #else
     uint samples = march(r, range.x, range.y);
-    COUNT(taken, samples);
+    COUNT_TAKEN(samples)
 #endif
     imageStore(picture, pixel, march_save(at));
     imageStore(depth, pixel, vec4(at));
@@ -188,18 +182,13 @@ void finish_bricks(ivec2 pixel, const Ray r)
     if (at >= 0.0)
         march_load(r, imageLoad(picture, pixel), at);
     march_end(r);
-    COUNT(in_box, uint(r.n));
+    COUNT_IN_BOX(uint(r.n))
 }
 #endif
 
 void main()
 {
-    // Neighbouring lanes in blocks of 4x2 and 8x4 pixels: their rays go alike.
-    int lane = int(gl_LocalInvocationIndex);
-    ivec2 pixel = ivec2(gl_WorkGroupID.xy) * 8 + ivec2((lane & 3) | (lane >> 1 & 4), (lane >> 2 & 1) | (lane >> 3 & 6));
-#ifdef BRICKS
-    pixel += job.tile.xy * 8;
-#endif
+    ivec2 pixel = pixel_of();
     if (any(greaterThanEqual(pixel, job.picture.xy)))
         return;
     result = vec4(0.0);
@@ -209,7 +198,7 @@ void main()
     if (met)
         march_begin(r);
 #ifdef BRICKS
-    if (job.tile.z == 0) {
+    if (tile.z == 0) {
         if (met)
             march_brick(pixel, r);
         return;
@@ -222,10 +211,10 @@ void main()
         march_place(r);
 #else
         uint samples = march(r, 0, r.n);
-        COUNT(taken, samples);
+        COUNT_TAKEN(samples)
 #endif
         march_end(r);
-        COUNT(in_box, uint(r.n));
+        COUNT_IN_BOX(uint(r.n))
     }
 #endif
     show(pixel, r);

@@ -3,6 +3,7 @@
 """Shader texts: composed as the program does, with no GPU, and each variant put before glslang.  Usage: check_shaders.py COMPOSE FOLDER"""
 import itertools
 import os
+import re
 import shutil
 import subprocess
 import sys
@@ -47,8 +48,8 @@ with tempfile.TemporaryDirectory(dir=scratch) as folder:
     check("// another" in text("slice.glsl", "", folder).stdout, "a folder overrides")
 
 glslang = shutil.which("glslangValidator")
-common = ["", "BRICKS", "BRICKS VOIDS SHADE", "VOIDS", "NEAREST", "SHADE", "HEADLIGHTS SHADE", "NEAREST SHADE", "VOIDS SHADE HEADLIGHTS"]
-own = {"composite.glsl": ["PRE", "PRE SHADE HEADLIGHTS VOIDS"], "extreme.glsl": ["MINIMUM", "MINIMUM VOIDS"],
+common = ["", "BRICKS", "BRICKS VOIDS SHADE", "BRICKS NEAREST HEADLIGHTS SHADE", "VOIDS", "NEAREST", "SHADE", "HEADLIGHTS SHADE", "NEAREST SHADE", "VOIDS SHADE HEADLIGHTS"]
+own = {"composite.glsl": ["PRE", "PRE SHADE HEADLIGHTS VOIDS", "PRE BRICKS"], "extreme.glsl": ["MINIMUM", "MINIMUM VOIDS", "MINIMUM BRICKS"],
        "classify.glsl": ["MODE=%d MODE_MIP=1 MODE_MINIP=2 MODE_ISOSURFACE=5" % mode for mode in (0, 1, 2, 5)]}
 for name, defines in itertools.chain(((n, d) for n in roots for d in common if n != "classify.glsl"), ((n, d) for n, ds in own.items() for d in ds)):
     if not glslang:
@@ -56,6 +57,15 @@ for name, defines in itertools.chain(((n, d) for n in roots for d in common if n
     source = text(name, defines).stdout
     result = subprocess.run([glslang, "--stdin", "-S", "comp"], input=source, capture_output=True, text=True, check=False)
     check(result.returncode == 0, "glslang: %s %s" % (name, defines), result.stdout)
+if glslang:  # the block that C fills is the block that shaders read
+    with open(os.path.join(os.path.dirname(os.path.abspath(__file__)), "../../src/render/gpu/gpu_job.c"), encoding="utf-8") as f:
+        size = int(re.search(r"JOB_BYTES = (\d+)", f.read()).group(1))
+    whole = os.path.join(scratch, "block.comp")
+    with open(whole, "w", encoding="utf-8") as f:
+        f.write(text("composite.glsl", "BRICKS").stdout)
+    told = subprocess.run([glslang, "-q", "-l", "-S", "comp", whole], capture_output=True, text=True, check=False).stdout
+    last = re.search(r"JobBlock\.own_hi: offset (\d+)", told)
+    check(last and int(last.group(1)) + 16 == size, "struct job is as large as JobBlock", last)
 if not glslang:
     print("ok %d - glslang # SKIP there is no glslangValidator; install glslang-tools" % (passed + failed + 1))
     passed += 1

@@ -37,8 +37,12 @@ static void check_bricks(struct pel_renderer *whole, struct pel_renderer *bricks
     check_at_least((double)counter(bricks, "bricks"), 8, "%s: bricks", what);
     check_at_least(psnr(&cpu, &many), 50, "%s: PSNR of bricks against the CPU, dB", what);
     check_at_least(psnr(&one, &many), 75, "%s: PSNR of bricks against the whole, dB", what);
-    if (scene->render.mode == PEL_MODE_COMPOSITE && psnr(&one, &many) > 90)
-        check_at_most(largest_depth_difference(&one, &many), 0.01, "%s: depth", what);
+    if (scene->render.mode == PEL_MODE_COMPOSITE) { /* rounding can move the place of half the opacity by a step */
+        int apart = 0;
+        for (int i = 0; i < WIDTH * HEIGHT; i++)
+            apart += isfinite(one.depth[i]) != isfinite(many.depth[i]) || (isfinite(one.depth[i]) && fabsf(one.depth[i] - many.depth[i]) > 0.01f);
+        check_at_most(apart, WIDTH * HEIGHT / 100.0, "%s: pixels of another depth", what);
+    }
     pel_image_finish(&cpu);
     pel_image_finish(&one);
     pel_image_finish(&many);
@@ -83,7 +87,7 @@ static double far_holed(const double index[3])
 
 static const size_t dims[3] = { 61, 57, 59 };
 
-/* Sides too long: textures of 48, so bricks of 16 with four more voxels on each side. */
+/* Sides too long: textures of 30, so bricks of 16 with four more voxels on each side. */
 static void test_sides(void **state)
 {
     (void)state;
@@ -96,7 +100,7 @@ static void test_sides(void **state)
         struct pel_volume volume;
         struct pel_scene scene;
         make_sized(&volume, &scene, dims, cases[i].type, cases[i].f);
-        check_ways(&scene, 48, 0, i ? 5 : 1, pel_type_name(cases[i].type));
+        check_ways(&scene, 30, 0, i ? 5 : 1, pel_type_name(cases[i].type));
         pel_scene_finish(&scene);
         pel_volume_finish(&volume);
     }
@@ -144,7 +148,7 @@ static void test_views(void **state)
             pel_volume_index_to_world(&volume, to[i % 6], scene.camera.focal_point);
             memcpy(scene.camera.view_up, (double[3]){ 0.1, 0.9, 0.2 }, sizeof scene.camera.view_up);
             snprintf(what, sizeof what, "mode %d, view %d", mode, i);
-            check_bricks(whole, bricks, &scene, 48, 0, what);
+            check_bricks(whole, bricks, &scene, 30, 0, what);
         }
     pel_renderer_destroy(bricks);
     pel_renderer_destroy(whole);
@@ -228,7 +232,7 @@ static void test_what_travels(void **state)
     struct pel_image image;
     struct pel_renderer *renderer = gpu_renderer();
     make_sized(&volume, &scene, dims, PEL_U8, far_blob);
-    int before = make_small(48, 0);
+    int before = make_small(30, 0);
     assert_true(pel_transfer_parse_opacity(&scene.transfer, "95:0,100:0.6", NULL));
     draw_gpu(renderer, &scene, WIDTH, HEIGHT, &image);
     pel_image_finish(&image);
@@ -253,6 +257,83 @@ static void test_what_travels(void **state)
     pel_renderer_destroy(renderer);
     pel_scene_finish(&scene);
     pel_volume_finish(&volume);
+}
+
+/* A view that needs fewer bricks than the one before keeps them: what only the old one needed makes room. */
+static void test_changed_view(void **state)
+{
+    (void)state;
+    need_device();
+    struct pel_volume volume;
+    struct pel_scene scene;
+    struct pel_image image;
+    struct pel_renderer *renderer = gpu_renderer();
+    make_sized(&volume, &scene, dims, PEL_U8, far_blob);
+    assert_true(pel_transfer_parse_opacity(&scene.transfer, "0:0.01,100:0.05", NULL));
+    make_small(30, 1000000); /* room for about half */
+    uint64_t sent[6];
+    for (int i = 0; i < 6; i++) {
+        if (i == 2)
+            pel_camera_zoom(&scene.camera, 12);
+        draw_gpu(renderer, &scene, WIDTH, HEIGHT, &image);
+        pel_image_finish(&image);
+        sent[i] = counter(renderer, "bricks sent");
+    }
+    check_at_least((double)sent[1], 10, "bricks sent again, as not all fit");
+    assert_int_equal(sent[4], 0); /* the first frames of the new view do not know yet what the old one leaves */
+    assert_int_equal(sent[5], 0);
+    pel_renderer_destroy(renderer);
+    pel_scene_finish(&scene);
+    pel_volume_finish(&volume);
+}
+
+/* A device that has less memory than it told: the volume in bricks after all, and those in place of each other. */
+static void test_short_memory(void **state)
+{
+    (void)state;
+    need_device();
+    struct pel_volume volume;
+    struct pel_scene scene;
+    struct pel_image cpu, gpu;
+    struct pel_renderer *renderer = gpu_renderer();
+    make_sized(&volume, &scene, dims, PEL_F32, far_blob);
+    scene.render.shade = true;
+    draw(&scene, "raycast", WIDTH, HEIGHT, &cpu);
+    draw_gpu(renderer, &scene, WIDTH, HEIGHT, &gpu);
+    pel_image_finish(&gpu);
+    uint64_t whole = device->bytes; /* of which the volume takes 820000 */
+    pel_renderer_destroy(renderer);
+    renderer = gpu_renderer();
+    device->room = whole - 400000;
+    draw_gpu(renderer, &scene, WIDTH, HEIGHT, &gpu);
+    check_at_least((double)counter(renderer, "bricks"), 8, "bricks");
+    check_at_least((double)counter(renderer, "bricks sent"), (double)counter(renderer, "bricks on the device") + 1, "bricks that came and went");
+    check_at_least(psnr(&cpu, &gpu), 50, "PSNR of bricks against the CPU, dB");
+    pel_image_finish(&cpu);
+    pel_image_finish(&gpu);
+    pel_renderer_destroy(renderer);
+    pel_scene_finish(&scene);
+    pel_volume_finish(&volume);
+}
+
+/* As on hardware, where the device makes the distance maps of bricks. */
+static void test_maps_of_its_own(void **state)
+{
+    (void)state;
+    need_device();
+    const struct {
+        enum pel_type type;
+        formula *f;
+    } cases[] = { { PEL_U16, far_blob }, { PEL_F32, far_holed } };
+    device->info.software = false;
+    for (int i = 0; i < 2; i++) {
+        struct pel_volume volume;
+        struct pel_scene scene;
+        make_sized(&volume, &scene, dims, cases[i].type, cases[i].f);
+        check_ways(&scene, 30, 0, 5, pel_type_name(cases[i].type));
+        pel_scene_finish(&scene);
+        pel_volume_finish(&volume);
+    }
 }
 
 /* Memory for hardly anything is refused in words; and a volume that is longer than the device's own textures is drawn. */
@@ -284,11 +365,34 @@ static void test_limits(void **state)
     pel_volume_finish(&volume);
 }
 
+/* The device as it was, also where a test has failed. */
+static struct pel_device_info real_info;
+
+static int open_and_note(void **state)
+{
+    int status = open_device(state);
+    if (device)
+        real_info = device->info;
+    return status;
+}
+
+static int restore_device(void **state)
+{
+    (void)state;
+    if (device) {
+        device->info = real_info;
+        device->params.memory_limit = device->room = 0;
+    }
+    return 0;
+}
+
+#define TEST(name) cmocka_unit_test_teardown(name, restore_device)
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_sides),        cmocka_unit_test(test_memory), cmocka_unit_test(test_views),
-        cmocka_unit_test(test_long_steps),   cmocka_unit_test(test_refine), cmocka_unit_test(test_what_travels), cmocka_unit_test(test_limits),
+        TEST(test_sides),        TEST(test_memory),       TEST(test_views),           TEST(test_long_steps), TEST(test_what_travels),
+        TEST(test_changed_view), TEST(test_short_memory), TEST(test_maps_of_its_own), TEST(test_limits),     TEST(test_refine),
     };
-    return cmocka_run_group_tests(tests, open_device, close_device);
+    return cmocka_run_group_tests(tests, open_and_note, close_device);
 }

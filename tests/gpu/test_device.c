@@ -382,7 +382,9 @@ static GLuint compute_program(void)
 static void test_saved_state(void **state)
 {
     (void)state;
-    static const GLenum kinds[PEL_SAVED_TARGETS] = { GL_TEXTURE_1D, GL_TEXTURE_2D, GL_TEXTURE_3D, GL_TEXTURE_2D_ARRAY, GL_TEXTURE_BUFFER };
+    static const GLenum kinds[PEL_SAVED_TARGETS] = { GL_TEXTURE_1D, GL_TEXTURE_2D, GL_TEXTURE_3D, GL_TEXTURE_2D_ARRAY, GL_TEXTURE_BUFFER, GL_TEXTURE_RECTANGLE,
+                                                     GL_TEXTURE_CUBE_MAP, GL_TEXTURE_1D_ARRAY, GL_TEXTURE_CUBE_MAP_ARRAY, GL_TEXTURE_2D_MULTISAMPLE,
+                                                     GL_TEXTURE_2D_MULTISAMPLE_ARRAY };
     struct pel_device *device = device_or_skip(PEL_PATH_ALL);
     assert_true(pel_device_begin(device, NULL));
     GLuint programs[2] = { compute_program(), compute_program() }, textures[2][PEL_SAVED_TARGETS], samplers[2], buffers[2], arrays[2],

@@ -21,10 +21,18 @@ uint64_t pel_gpu_cells_bytes(const int count[3])
     return total(count) * (8 + 1 + 8 + 2); /* grid, marks, eight maps, scratch */
 }
 
-static bool reserve(struct pel_device *device, struct pel_texture *texture, GLenum format, const int count[3], int maps,
+static bool reserve(struct pel_device *device, struct pel_texture *texture, GLenum format, const int count[3], int maps, /* along each axis */
                     struct pel_error *error)
 {
-    return pel_texture_reserve(device, texture, format, count[0], count[1], count[2] * maps, GL_NEAREST, error);
+    return pel_texture_reserve(device, texture, format, count[0] * maps, count[1] * maps, count[2] * maps, GL_NEAREST, error);
+}
+
+/* Scratch may be larger than it need be: bricks at the volume's end are smaller than the others. */
+static bool reserve_scratch(struct pel_device *device, struct pel_texture *texture, const int count[3], struct pel_error *error)
+{
+    const int *have = texture->size;
+    bool fits = texture->name && have[0] >= count[0] && have[1] >= count[1] && have[2] >= count[2];
+    return fits || reserve(device, texture, GL_R8UI, count, 1, error);
 }
 
 static void dispatch(const int count[3])
@@ -62,7 +70,7 @@ bool pel_gpu_cells_mark(struct pel_gpu_cell_maker *maker, struct pel_gpu_cells *
     glBindTextureUnit(PEL_UNIT_GRID, cells->grid.name);
     glBindImageTexture(0, cells->marks.name, 0, GL_TRUE, 0, GL_WRITE_ONLY, GL_R8UI);
     dispatch(cells->count);
-    glGetNamedBufferSubData(maker->seen.name, 0, sizeof cells->visible, &cells->visible);
+    cells->counted = false;
     return pel_device_check(maker->device, "classify", error);
 }
 
@@ -73,6 +81,7 @@ bool pel_gpu_cells_mark_by_cpu(struct pel_gpu_cell_maker *maker, struct pel_gpu_
     cells->octants = 0;
     if (!cells->host_marks && !(cells->host_marks = pel_alloc_aligned(total(box->cells), 1, "visible cells", error)))
         return false;
+    cells->counted = true;
     cells->visible = (uint32_t)pel_classify_box(marking->tables, marking->scene, marking->minmax, marking->raw, marking->job,
                                                 box->first_cell, box->cells, maker->threads, cells->host_marks);
     if (maker->device->info.software)
@@ -93,7 +102,7 @@ static bool make_map(struct pel_gpu_cell_maker *maker, struct pel_gpu_cells *cel
                              *to[3] = { &maker->scratch[0], &maker->scratch[1], &cells->distances };
     glUseProgram(program);
     for (int axis = 0; axis < 3; axis++) {
-        glProgramUniform4i(program, 0, axis, 0, octant, axis == 2 ? octant * cells->count[2] : 0);
+        glProgramUniform4i(program, 0, axis, octant, axis == 2, 0);
         glBindTextureUnit(PEL_UNIT_FROM, from[axis]->name);
         glBindImageTexture(0, to[axis]->name, 0, GL_TRUE, 0, GL_WRITE_ONLY, GL_R8UI);
         dispatch(cells->count);
@@ -104,8 +113,8 @@ static bool make_map(struct pel_gpu_cell_maker *maker, struct pel_gpu_cells *cel
 static bool make_maps(struct pel_gpu_cell_maker *maker, struct pel_gpu_cells *cells, unsigned wanted, struct pel_error *error)
 {
     GLuint program = pel_gpu_program(maker->device, maker->programs, "distance.glsl", 0, PEL_MODE_COMPOSITE, error);
-    if (!program || !reserve(maker->device, &maker->scratch[0], GL_R8UI, cells->count, 1, error) ||
-        !reserve(maker->device, &maker->scratch[1], GL_R8UI, cells->count, 1, error))
+    if (!program || !reserve_scratch(maker->device, &maker->scratch[0], cells->count, error) ||
+        !reserve_scratch(maker->device, &maker->scratch[1], cells->count, error))
         return false;
     for (int o = 0; o < 8; o++)
         if (wanted & 1u << o && !make_map(maker, cells, program, o, error))
@@ -116,50 +125,59 @@ static bool make_maps(struct pel_gpu_cell_maker *maker, struct pel_gpu_cells *ce
 struct mapping {
     const uint8_t *marks;
     size_t dims[3];
-    uint8_t *maps; /* eight, one above the other */
-    unsigned wanted;
+    uint8_t *maps; /* one after the other */
+    unsigned octants[8];
     bool failed[8];
 };
 
-static void map_on_cpu(void *context, size_t octant, int thread)
+static void map_on_cpu(void *context, size_t i, int thread)
 {
     (void)thread;
     struct mapping *m = context;
     size_t slice = m->dims[0] * m->dims[1];
-    if (m->wanted & 1u << octant)
-        m->failed[octant] =
-            !pel_distance_map(m->marks, m->dims, m->dims[0], slice, (unsigned)octant, m->maps + octant * slice * m->dims[2], NULL);
+    m->failed[i] = !pel_distance_map(m->marks, m->dims, m->dims[0], slice, m->octants[i], m->maps + i * slice * m->dims[2], NULL);
 }
 
 static bool send_maps(struct pel_gpu_cell_maker *maker, struct pel_gpu_cells *cells, unsigned wanted, struct pel_error *error)
 {
     const int *c = cells->count;
-    size_t n = total(c);
-    uint8_t *maps = pel_alloc_aligned(n * 8, 1, "distance maps", error);
-    if (!maps)
-        return false;
-    struct mapping m = { cells->host_marks, { (size_t)c[0], (size_t)c[1], (size_t)c[2] }, maps, wanted, { false } };
-    pel_parallel_for(maker->threads, 8, map_on_cpu, &m);
-    bool ok = true;
-    for (int o = 0; o < 8; o++) {
-        ok &= !m.failed[o];
+    struct mapping m = { .marks = cells->host_marks, .dims = { (size_t)c[0], (size_t)c[1], (size_t)c[2] } };
+    size_t count = 0;
+    for (unsigned o = 0; o < 8; o++)
         if (wanted & 1u << o)
-            glTextureSubImage3D(cells->distances.name, 0, 0, 0, o * c[2], c[0], c[1], c[2], GL_RED_INTEGER, GL_UNSIGNED_BYTE,
-                                maps + (size_t)o * n);
+            m.octants[count++] = o;
+    m.maps = pel_alloc_aligned(total(c) * count, 1, "distance maps", error);
+    if (!m.maps)
+        return false;
+    pel_parallel_for(maker->threads, count, map_on_cpu, &m);
+    bool ok = true;
+    for (size_t i = 0; i < count; i++) {
+        const int o = (int)m.octants[i];
+        ok &= !m.failed[i];
+        glTextureSubImage3D(cells->distances.name, 0, (o & 1) * c[0], (o >> 1 & 1) * c[1], (o >> 2) * c[2], c[0], c[1], c[2],
+                            GL_RED_INTEGER, GL_UNSIGNED_BYTE, m.maps + i * total(c));
     }
-    free(maps);
+    free(m.maps);
     return ok ? pel_device_check(maker->device, "distance maps", error) : pel_fail(error, PEL_ERROR_MEMORY, "distance maps: no memory");
 }
 
 bool pel_gpu_cells_map(struct pel_gpu_cell_maker *maker, struct pel_gpu_cells *cells, unsigned octants, struct pel_error *error)
 {
     unsigned wanted = octants & ~cells->octants;
-    if (!reserve(maker->device, &cells->distances, GL_R8UI, cells->count, 8, error))
+    if (!reserve(maker->device, &cells->distances, GL_R8UI, cells->count, 2, error))
         return false;
     if (wanted && !(cells->host_marks ? send_maps(maker, cells, wanted, error) : make_maps(maker, cells, wanted, error)))
         return false;
     cells->octants |= wanted;
     return true;
+}
+
+uint32_t pel_gpu_cells_visible(const struct pel_gpu_cell_maker *maker, struct pel_gpu_cells *cells)
+{
+    if (!cells->counted && maker->seen.name)
+        glGetNamedBufferSubData(maker->seen.name, 0, sizeof cells->visible, &cells->visible);
+    cells->counted = true;
+    return cells->visible;
 }
 
 void pel_gpu_cells_finish(struct pel_device *device, struct pel_gpu_cells *cells)

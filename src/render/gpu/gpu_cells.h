@@ -2,8 +2,8 @@
 /* The cells of a box of the volume on the device: their min-max grid, which of them may be seen, and the distance maps by which rays pass
  * over the others (minmax.h, classify.h, distance_map.h).
  *
- * A whole volume on hardware has all three made by shaders. For bricks the CPU keeps the grid of the whole volume and marks their cells; for
- * software devices it makes the distance maps as well, ten to twenty times as fast. */
+ * A whole volume on hardware has all three made by shaders. For bricks, and on software devices, the CPU keeps the grid of the whole volume
+ * and marks cells; on software devices it makes the distance maps as well, ten to twenty times as fast. */
 #ifndef PEL_RENDER_GPU_CELLS_H
 #define PEL_RENDER_GPU_CELLS_H
 
@@ -14,7 +14,8 @@ struct pel_gpu_cells {
     struct pel_texture grid, marks, distances;
     uint8_t *host_marks; /* owned; marks in place of the texture, where the CPU makes the maps */
     unsigned octants;    /* whose distance maps are there */
-    uint32_t visible;    /* cells that may be seen */
+    uint32_t visible;    /* cells that may be seen, once `counted` */
+    bool counted;
 };
 
 /* What making them needs beside them: shared by all boxes. */
@@ -49,6 +50,9 @@ bool pel_gpu_cells_mark_by_cpu(struct pel_gpu_cell_maker *maker, struct pel_gpu_
                                const struct pel_gpu_marking *marking, struct pel_error *error);
 /* Sees to it that there are maps for all octants into which rays go; `octants` has a bit for each. */
 bool pel_gpu_cells_map(struct pel_gpu_cell_maker *maker, struct pel_gpu_cells *cells, unsigned octants, struct pel_error *error);
+
+/* How many cells may be seen, of the cells that were marked last: waits for the device where it counts them. */
+uint32_t pel_gpu_cells_visible(const struct pel_gpu_cell_maker *maker, struct pel_gpu_cells *cells);
 
 void pel_gpu_cells_finish(struct pel_device *device, struct pel_gpu_cells *cells); /* accepts zeroed ones */
 void pel_gpu_cell_maker_finish(struct pel_gpu_cell_maker *maker);

@@ -21,9 +21,14 @@ struct job {
     float light_direction[4][4], light_diffuse[4][4], light_specular[4][4];
     float range[4], slice_plane[4];
     float iso[PEL_MAX_ISOSURFACES][4], iso_color[PEL_MAX_ISOSURFACES][4];
-    int32_t brick[4], brick_size[4], first_cell[4], tile[4];
+    int32_t brick[4], brick_size[4], first_cell[4];
     float own_lo[4], own_hi[4];
 };
+
+/* What job.glsl writes as numbers; the block's size there is held to this one by check_shaders.py. */
+_Static_assert(PEL_MAX_CLIP_PLANES + 6 == 12 && PEL_MAX_LIGHTS == 4 && PEL_MAX_ISOSURFACES == 16, "job.glsl");
+enum { JOB_BYTES = 1488 };
+_Static_assert(sizeof(struct job) == JOB_BYTES, "job.glsl");
 
 /* The look-up table's texture (transfer.glsl): rows of 4096 entries, four for the same entries. */
 enum { TABLE_WIDTH = 4096, TABLE_ROWS = 4 };
@@ -80,7 +85,7 @@ static void fill_volume(struct job *to, const struct pel_job *job, const struct 
 {
     for (int a = 0; a < 3; a++)
         to->dims[a] = (int32_t)volume->dims[a];
-    to->raw[0] = f->texel_scale, to->raw[1] = f->texel_offset, to->raw[2] = f->void_raw, to->raw[3] = f->void_by_value;
+    to->raw[0] = f->texel_scale, to->raw[1] = f->texel_offset, to->raw[2] = f->void_raw, to->raw[3] = f->void_within;
     to->table[0] = job->table_scale, to->table[1] = job->table_offset, to->table[2] = (float)job->table_last,
     to->table[3] = job->step_over_unit;
     to->gradient[0] = f->gradient_scale, to->gradient[1] = f->voids, to->gradient[2] = job->termination, to->gradient[3] = job->invert;
@@ -108,7 +113,6 @@ bool pel_gpu_job_send(struct pel_device *device, const struct pel_gpu_job *job, 
     fill_box(&block, job->box);
     block.cells[3] = job->job->skip;
     block.counts[2] = job->scene->linear_light && job->job->mode != PEL_MODE_XRAY;
-    block.tile[0] = job->tile[0], block.tile[1] = job->tile[1], block.tile[2] = job->finish;
     return pel_buffer_fill(device, to, &block, sizeof block, error);
 }
 

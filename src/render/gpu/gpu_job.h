@@ -22,8 +22,6 @@ struct pel_gpu_job {
     const struct pel_scene *scene;
     const struct pel_gpu_format *format;
     const struct pel_gpu_box *box;
-    bool finish;  /* bricks: turns what they gathered into the picture */
-    int tile[2];  /* bricks: the first tile of 8x8 pixels */
 };
 
 /* Sends the uniform block. */

@@ -63,7 +63,8 @@ struct pel_gpu_format pel_gpu_format_of(const struct pel_device *device, const s
     f.texel_scale = types[v->type].texel_scale;
     f.texel_offset = types[v->type].texel_offset;
     f.voids = atomic_load(&search.odd) || by_value;
-    f.void_by_value = by_value && native;
+    /* Integers come through a float in 0..1, which need not give them back to the last bit. */
+    f.void_within = !by_value || !native ? -1 : f.texture == GL_R32F ? 0 : 0.25f;
     f.void_raw = (float)v->void_value;
     f.least = (float)((lo - f.raw.offset) / f.raw.scale);
     f.most = (float)((hi - f.raw.offset) / f.raw.scale);

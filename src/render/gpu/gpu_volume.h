@@ -15,8 +15,8 @@ struct pel_gpu_format {
     int bytes;                         /* a voxel */
     struct pel_raw_scale raw;          /* of the shaders' raw values: value = raw * scale + offset */
     float texel_scale, texel_offset;   /* raw = texel * scale + offset */
-    bool voids, void_by_value;         /* some voxel may be void; by value */
-    float void_raw;
+    bool voids;                        /* some voxel may be void */
+    float void_raw, void_within;       /* voxels as near to void_raw are, by value; negative: none */
     float least, most, gradient_scale; /* of the whole volume, raw; 1 / its range */
 };
 

@@ -33,27 +33,34 @@ static void release_all(struct pel_brick_set *set)
     free(set->bricks);
     set->bricks = NULL;
     set->count = 0;
-    pel_minmax_finish(&set->minmax);
 }
 
 void pel_brick_set_finish(struct pel_brick_set *set)
 {
     release_all(set);
+    pel_minmax_finish(&set->minmax);
     pel_gpu_cell_maker_finish(&set->maker);
 }
 
-/* Bytes that a volume may take: what the caller allows, else most of what the driver says is free. */
-static uint64_t find_budget(const struct pel_device *device)
+/* Bytes that a volume may take beside the picture: what the caller allows, else most of what the driver says is free; 0: it does not say. */
+static uint64_t find_budget(const struct pel_device *device, const struct pel_image *image)
 {
-    return device->params.memory_limit ? device->params.memory_limit : pel_device_free_bytes(device) / 10 * 9;
+    uint64_t free_bytes = 0, picture = 20 * (uint64_t)image->width * (uint64_t)image->height;
+    if (device->params.memory_limit)
+        return device->params.memory_limit;
+    glFinish(); /* so that what was just deleted is free */
+    if (!pel_device_free_bytes(device, &free_bytes))
+        return 0;
+    return free_bytes / 10 * 9 > picture ? free_bytes / 10 * 9 - picture : 1;
 }
 
 bool pel_brick_set_volume(struct pel_brick_set *set, const struct pel_frame *frame, struct pel_error *error)
 {
     release_all(set);
+    pel_minmax_finish(&set->minmax);
     set->maker.threads = frame->threads;
     set->format = pel_gpu_format_of(set->maker.device, frame->scene->volume, frame->threads);
-    set->budget = find_budget(set->maker.device);
+    set->budget = find_budget(set->maker.device, frame->image);
     return pel_brick_set_plan(set, frame->scene, false, error);
 }
 
@@ -128,13 +135,28 @@ bool pel_brick_set_find_empty(struct pel_brick_set *set, struct pel_classificati
 
 /* ---- on the device ---- */
 
-/* Makes room by the brick whose turn is farthest: an empty one, else of those drawn in this frame the last, else any. False: there is none. */
-static bool evict_one(struct pel_brick_set *set, const struct pel_brick *but)
+void pel_brick_set_frame(struct pel_brick_set *set)
+{
+    set->last_frame = set->this_frame;
+    set->this_frame = set->passes + 1;
+}
+
+/* Is the brick's turn farther off than the other's? Those that the last frame did not need come first, the longest unused before others.
+ * Frames repeat their order, so of the rest the one drawn last has the longest to wait. */
+static bool waits_longer(const struct pel_brick_set *set, const struct pel_brick *a, const struct pel_brick *b)
+{
+    bool left_a = a->empty || a->drawn < set->last_frame, left_b = b->empty || b->drawn < set->last_frame;
+    if (left_a != left_b)
+        return left_a;
+    return left_a ? a->drawn < b->drawn : a->drawn > b->drawn;
+}
+
+bool pel_brick_set_make_room(struct pel_brick_set *set, const struct pel_brick *but)
 {
     struct pel_brick *victim = NULL;
     for (int i = 0; i < set->count; i++) {
         struct pel_brick *b = &set->bricks[i];
-        if (b->texture.name && b != but && (!victim || b->empty > victim->empty || (b->empty == victim->empty && b->drawn > victim->drawn)))
+        if (b->texture.name && b != but && (!victim || waits_longer(set, b, victim)))
             victim = b;
     }
     if (victim)
@@ -149,17 +171,15 @@ bool pel_brick_set_bring(struct pel_brick_set *set, struct pel_brick *brick, con
     brick->drawn = ++set->passes;
     if (brick->texture.name)
         return true;
-    while (set->budget && set->taken + need > set->budget && evict_one(set, brick))
+    while (set->budget && set->taken + need > set->budget && pel_brick_set_make_room(set, brick))
         continue;
-    for (;;) {
-        struct pel_error why = PEL_ERROR_INIT;
-        if (pel_gpu_volume_upload(set->maker.device, &set->format, frame->scene->volume, brick->box.origin, brick->box.size,
-                                  frame->threads, &brick->texture, &why))
-            break;
+    if (!pel_gpu_volume_upload(set->maker.device, &set->format, frame->scene->volume, brick->box.origin, brick->box.size, frame->threads,
+                               &brick->texture, error)) {
         pel_texture_destroy(set->maker.device, &brick->texture);
-        if (why.code != PEL_ERROR_MEMORY || !evict_one(set, brick))
-            return pel_fail(error, why.code, "%s", why.message);
+        return false;
     }
+    if (set->count == 1)
+        glFinish(); /* the time of sending, not of asking for it */
     set->uploads++;
     set->taken += need;
     set->times.upload += pel_now_ms() - start;
@@ -201,6 +221,11 @@ bool pel_brick_set_map(struct pel_brick_set *set, struct pel_brick *brick, struc
     bool ok = pel_gpu_cells_map(&set->maker, &brick->cells, pel_rays_octants(job), error);
     set->times.maps += pel_now_ms() - start;
     return ok;
+}
+
+double pel_brick_set_spent(const struct pel_brick_set *set)
+{
+    return set->times.upload + set->times.grid + set->times.classify + set->times.maps;
 }
 
 void pel_brick_set_note(struct pel_brick_set *set, const struct pel_frame *frame)

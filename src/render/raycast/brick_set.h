@@ -26,6 +26,7 @@ struct pel_brick_set {
     struct pel_minmax minmax; /* of the whole volume, where the device does not make its own */
     uint64_t budget, taken;   /* bytes that bricks may take on the device (0: any), and that they take */
     uint64_t passes, uploads;
+    uint64_t this_frame, last_frame; /* their first passes */
     struct pel_brick_times {
         double upload, grid, classify, maps; /* milliseconds since they were noted */
     } times;
@@ -46,12 +47,18 @@ void pel_brick_set_unmark(struct pel_brick_set *set);
 bool pel_brick_set_find_empty(struct pel_brick_set *set, struct pel_classification_state *tables, const struct pel_job *job,
                               const struct pel_frame *frame, struct pel_error *error);
 
+/* Begins a frame in which bricks are brought. */
+void pel_brick_set_frame(struct pel_brick_set *set);
+/* Makes room on the device by the brick whose turn is farthest, but not by this one. False: there is none. */
+bool pel_brick_set_make_room(struct pel_brick_set *set, const struct pel_brick *but);
 /* Sees to it that the brick's voxels are on the device, if need be in place of other bricks'. */
 bool pel_brick_set_bring(struct pel_brick_set *set, struct pel_brick *brick, const struct pel_frame *frame, struct pel_error *error);
 /* Then, with the brick's uniform block and voxels bound: its marks and distance maps, where the job passes over cells. */
 bool pel_brick_set_map(struct pel_brick_set *set, struct pel_brick *brick, struct pel_classification_state *tables,
                        const struct pel_job *job, const struct pel_frame *frame, struct pel_error *error);
 
+/* Milliseconds spent since they were noted. */
+double pel_brick_set_spent(const struct pel_brick_set *set);
 /* Notes the times as stages of the frame, and begins anew. */
 void pel_brick_set_note(struct pel_brick_set *set, const struct pel_frame *frame);
 

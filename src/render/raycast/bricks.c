@@ -35,7 +35,7 @@ uint64_t pel_bricks_bytes(const struct pel_gpu_box *box, int voxel_bytes)
 static bool fits(const struct pel_gpu_box *box, const struct pel_brick_limits *limits, int times)
 {
     for (int a = 0; a < 3; a++)
-        if (box->size[a] > limits->side || box->cells[a] > limits->side / 8) /* eight distance maps lie above each other */
+        if (box->size[a] > limits->side) /* the cells' eight distance maps take half as much along an axis */
             return false;
     return !limits->bytes || pel_bricks_bytes(box, limits->voxel_bytes) <= limits->bytes / (uint64_t)times;
 }
@@ -66,6 +66,8 @@ bool pel_bricks_plan(struct pel_brick_plan *plan, const struct pel_volume *volum
     greatest_box(plan, &box);
     if (cut || !fits(&box, limits, 1)) {
         plan->edge = LARGEST_EDGE;
+        while (cut && plan->edge > LEAST_EDGE && plan->edge * 2 > longest)
+            plan->edge /= 2;
         for (greatest_box(plan, &box); plan->edge >= LEAST_EDGE && !fits(&box, limits, 4); greatest_box(plan, &box))
             plan->edge /= 2;
         if (plan->edge < LEAST_EDGE)

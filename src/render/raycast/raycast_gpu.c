@@ -12,7 +12,9 @@
 #include "rays.h"
 #include "timer.h"
 
-#define PIXEL_GROUP 8
+#define TILE 8          /* pixels a side (tile.glsl) */
+#define COUNTER_ROWS 64
+#define STRIP_SAMPLES 3e8 /* in one dispatch: no driver may take it for a hang */
 
 struct pel_gpu_raycaster {
     struct pel_device *device;
@@ -85,11 +87,17 @@ static GLuint drawing_program(struct pel_gpu_raycaster *rc, struct pel_error *er
 
 /* ---- preparing a frame ---- */
 
-static bool send_job(struct pel_gpu_raycaster *rc, const struct pel_scene *scene, const struct pel_brick *brick, const int tile[2], bool finish,
-                     struct pel_error *error)
+static bool send_job(struct pel_gpu_raycaster *rc, const struct pel_scene *scene, const struct pel_brick *brick, struct pel_error *error)
 {
-    struct pel_gpu_job job = { &rc->job, scene, &rc->set.format, &brick->box, finish, { tile[0], tile[1] } };
+    const struct pel_gpu_job job = { &rc->job, scene, &rc->set.format, &brick->box };
     return pel_gpu_job_send(rc->device, &job, &rc->block, error);
+}
+
+/* Binding nothing would empty the unit of a host's textures of all kinds. */
+static void bind_texture(GLuint unit, const struct pel_texture *texture)
+{
+    if (texture->name)
+        glBindTextureUnit(unit, texture->name);
 }
 
 static void bind(const struct pel_gpu_raycaster *rc, const struct pel_brick *brick)
@@ -97,16 +105,14 @@ static void bind(const struct pel_gpu_raycaster *rc, const struct pel_brick *bri
     glBindBufferBase(GL_UNIFORM_BUFFER, 0, rc->block.name);
     glBindBufferBase(GL_SHADER_STORAGE_BUFFER, PEL_BUFFER_COUNTERS, rc->counters.name);
     glBindBufferBase(GL_SHADER_STORAGE_BUFFER, PEL_BUFFER_RANGE, rc->range.name);
-    glBindTextureUnit(PEL_UNIT_VOLUME, brick->texture.name);
-    glBindTextureUnit(PEL_UNIT_DISTANCES, brick->cells.distances.name);
-    glBindTextureUnit(PEL_UNIT_ENTRIES, rc->entries.name);
+    bind_texture(PEL_UNIT_VOLUME, &brick->texture);
+    bind_texture(PEL_UNIT_DISTANCES, &brick->cells.distances);
+    bind_texture(PEL_UNIT_ENTRIES, &rc->entries);
 }
 
-/* Sees to it that all of a brick that the job needs is on the device, and bound. */
-static bool make_ready(struct pel_gpu_raycaster *rc, const struct pel_frame *frame, struct pel_brick *brick, const int tile[2],
-                       struct pel_error *error)
+static bool try_ready(struct pel_gpu_raycaster *rc, const struct pel_frame *frame, struct pel_brick *brick, struct pel_error *error)
 {
-    if (!pel_brick_set_bring(&rc->set, brick, frame, error) || !send_job(rc, frame->scene, brick, tile, false, error))
+    if (!pel_brick_set_bring(&rc->set, brick, frame, error) || !send_job(rc, frame->scene, brick, error))
         return false;
     bind(rc, brick);
     if (!pel_brick_set_map(&rc->set, brick, &rc->tables, &rc->job, frame, error))
@@ -115,11 +121,21 @@ static bool make_ready(struct pel_gpu_raycaster *rc, const struct pel_frame *fra
     return true;
 }
 
+/* Sees to it that all of a brick that the job needs is on the device, and bound: in place of other bricks where memory is short. */
+static bool make_ready(struct pel_gpu_raycaster *rc, const struct pel_frame *frame, struct pel_brick *brick, struct pel_error *error)
+{
+    struct pel_error why = PEL_ERROR_INIT;
+    bool ok;
+    while (!(ok = try_ready(rc, frame, brick, &why)) && why.code == PEL_ERROR_MEMORY && pel_brick_set_make_room(&rc->set, brick))
+        why = (struct pel_error)PEL_ERROR_INIT;
+    return ok || pel_fail(error, why.code, "%s", why.message);
+}
+
 /* The whole volume at once; in bricks after all, where the device has less memory than it told. */
 static bool make_whole_ready(struct pel_gpu_raycaster *rc, const struct pel_frame *frame, struct pel_error *error)
 {
     struct pel_error why = PEL_ERROR_INIT;
-    bool ok = make_ready(rc, frame, &rc->set.bricks[0], (const int[2]){ 0, 0 }, &why);
+    bool ok = make_ready(rc, frame, &rc->set.bricks[0], &why);
     if (ok || (why.code == PEL_ERROR_MEMORY && pel_brick_set_plan(&rc->set, frame->scene, true, NULL) && in_bricks(rc)))
         return true;
     return pel_fail(error, why.code, "%s", why.message);
@@ -150,7 +166,7 @@ bool pel_gpu_raycaster_prepare(struct pel_gpu_raycaster *rc, const struct pel_fr
     bool ok = in_bricks(rc) || make_whole_ready(rc, frame, error);
     /* A longer step may end skipping, and with it what is empty. */
     ok = ok && (!in_bricks(rc) || !new_tables || pel_brick_set_find_empty(&rc->set, &rc->tables, &rc->job, frame, error));
-    if (ok && !in_bricks(rc))
+    if (ok)
         pel_brick_set_note(&rc->set, frame);
     return ok;
 }
@@ -159,7 +175,7 @@ bool pel_gpu_raycaster_prepare(struct pel_gpu_raycaster *rc, const struct pel_fr
 
 static bool reserve_picture(struct pel_gpu_raycaster *rc, const struct pel_image *image, struct pel_error *error)
 {
-    const uint32_t none[4] = { 0 };
+    const uint32_t none[COUNTER_ROWS][4] = { { 0 } };
     const int most = rc->device->info.max_texture_2d;
     if (image->width > most || image->height > most || (uint64_t)image->width * (uint64_t)image->height > INT32_MAX / (4 * sizeof(float)))
         return pel_fail(error, PEL_ERROR_UNSUPPORTED, "a picture of %d x %d is more than the GPU engine draws; use --device cpu", image->width,
@@ -169,15 +185,45 @@ static bool reserve_picture(struct pel_gpu_raycaster *rc, const struct pel_image
            pel_buffer_fill(rc->device, &rc->counters, none, sizeof none, error);
 }
 
-/* The tiles from (x0, y0) up to (x1, y1). */
-static void dispatch_tiles(const struct pel_gpu_raycaster *rc, GLuint program, int x0, int y0, int x1, int y1)
+/* Tile rows in one dispatch, from the samples that rays can have. */
+static int strip_rows(const struct pel_gpu_raycaster *rc, const struct pel_frame *frame, int columns)
+{
+    double bounds[6], diagonal = 0;
+    pel_volume_bounds(frame->scene->volume, bounds);
+    for (int a = 0; a < 3; a++)
+        diagonal += (bounds[2 * a + 1] - bounds[2 * a]) * (bounds[2 * a + 1] - bounds[2 * a]);
+    double row = (sqrt(diagonal) / rc->job.step + 1) * columns * TILE * TILE;
+    return (int)fmin(fmax(STRIP_SAMPLES / row, 1), 1 << 20);
+}
+
+/* Draws the tiles from (x0, y0) up to (x1, y1), in strips; `fractions` of the frame are done before and after. */
+static bool draw_tiles(const struct pel_gpu_raycaster *rc, const struct pel_frame *frame, GLuint program, const int tiles[4], bool finish,
+                       const double fractions[2], struct pel_error *error)
 {
     GLenum access = in_bricks(rc) ? GL_READ_WRITE : GL_WRITE_ONLY;
+    int rows = finish ? tiles[3] : strip_rows(rc, frame, tiles[2] - tiles[0]);
     glUseProgram(program);
     glBindImageTexture(0, rc->picture.name, 0, GL_FALSE, 0, access, GL_RGBA32F);
     glBindImageTexture(1, rc->depth.name, 0, GL_FALSE, 0, access, GL_R32F);
-    glDispatchCompute((GLuint)(x1 - x0), (GLuint)(y1 - y0), 1);
+    for (int y = tiles[1]; y < tiles[3]; y += rows) {
+        int count = tiles[3] - y < rows ? tiles[3] - y : rows;
+        double done = (double)(y - tiles[1]) / (tiles[3] - tiles[1]);
+        if (!pel_progress_report(frame->progress, fractions[0] + done * (fractions[1] - fractions[0]), error))
+            return false;
+        glProgramUniform4i(program, 0, tiles[0], y, finish, 0);
+        glDispatchCompute((GLuint)(tiles[2] - tiles[0]), (GLuint)count, 1);
+        glFlush();
+    }
     glMemoryBarrier(GL_SHADER_IMAGE_ACCESS_BARRIER_BIT | GL_TEXTURE_UPDATE_BARRIER_BIT | GL_BUFFER_UPDATE_BARRIER_BIT);
+    return true;
+}
+
+/* All tiles of the picture. */
+static void whole_picture(const struct pel_image *image, int tiles[4])
+{
+    tiles[0] = tiles[1] = 0;
+    tiles[2] = (image->width - 1) / TILE + 1;
+    tiles[3] = (image->height - 1) / TILE + 1;
 }
 
 /* Does the slice's plane meet the brick? */
@@ -204,8 +250,8 @@ static bool brick_tiles(const struct pel_gpu_raycaster *rc, const struct pel_sce
         !pel_rays_rectangle(&rc->job, scene->camera.parallel, lo, hi, rectangle))
         return false;
     for (int i = 0; i < 2; i++) {
-        tiles[i] = rectangle[i] / PIXEL_GROUP;
-        tiles[2 + i] = (rectangle[2 + i] - 1) / PIXEL_GROUP + 1;
+        tiles[i] = rectangle[i] / TILE;
+        tiles[2 + i] = (rectangle[2 + i] - 1) / TILE + 1;
     }
     return true;
 }
@@ -224,47 +270,49 @@ static bool reserve_order(struct pel_gpu_raycaster *rc, struct pel_error *error)
 static bool draw_bricks(struct pel_gpu_raycaster *rc, const struct pel_frame *frame, GLuint program, struct pel_error *error)
 {
     const float nothing[4] = { 0 }, nowhere = -1;
-    const int none[2] = { 0, 0 };
+    const int count = rc->set.count;
+    int tiles[4];
     glClearTexImage(rc->picture.name, 0, GL_RGBA, GL_FLOAT, nothing);
     glClearTexImage(rc->depth.name, 0, GL_RED, GL_FLOAT, &nowhere);
     if (!reserve_order(rc, error) || !pel_bricks_sort(&rc->set.plan, &rc->job, frame->scene->camera.parallel, rc->order, error))
         return false;
-    for (int i = 0; i < rc->set.count; i++) {
+    pel_brick_set_frame(&rc->set);
+    for (int i = 0; i < count; i++) {
         struct pel_brick *brick = &rc->set.bricks[rc->order[i]];
-        int tiles[4];
-        if (!brick_tiles(rc, frame->scene, brick, tiles))
-            continue;
-        if (!make_ready(rc, frame, brick, tiles, error))
+        const double fractions[2] = { (double)i / count, (i + 1.0) / count };
+        if (brick_tiles(rc, frame->scene, brick, tiles) && (!make_ready(rc, frame, brick, error) ||
+                                                            !draw_tiles(rc, frame, program, tiles, false, fractions, error)))
             return false;
-        dispatch_tiles(rc, program, tiles[0], tiles[1], tiles[2], tiles[3]);
     }
-    const struct pel_image *image = frame->image;
-    if (!send_job(rc, frame->scene, &rc->set.bricks[0], none, true, error))
+    if (!send_job(rc, frame->scene, &rc->set.bricks[0], error))
         return false;
     bind(rc, &rc->set.bricks[0]);
-    dispatch_tiles(rc, program, 0, 0, (image->width - 1) / PIXEL_GROUP + 1, (image->height - 1) / PIXEL_GROUP + 1);
-    pel_brick_set_note(&rc->set, frame);
-    return true;
+    whole_picture(frame->image, tiles);
+    return draw_tiles(rc, frame, program, tiles, true, (const double[2]){ 1, 1 }, error);
 }
 
 static bool cast_rays(struct pel_gpu_raycaster *rc, const struct pel_frame *frame, struct pel_error *error)
 {
-    const struct pel_image *image = frame->image;
+    int tiles[4];
     GLuint program = drawing_program(rc, error);
     if (!program)
         return false;
     double start = pel_now_ms();
     pel_gpu_timer_begin(rc->device, &rc->timer, "raycast: cast rays");
-    bool ok = true;
-    if (in_bricks(rc)) {
+    bool ok, many = in_bricks(rc);
+    if (many) {
         ok = draw_bricks(rc, frame, program, error);
     } else {
         bind(rc, &rc->set.bricks[0]);
-        dispatch_tiles(rc, program, 0, 0, (image->width - 1) / PIXEL_GROUP + 1, (image->height - 1) / PIXEL_GROUP + 1);
+        whole_picture(frame->image, tiles);
+        ok = draw_tiles(rc, frame, program, tiles, false, (const double[2]){ 0, 1 }, error);
     }
     pel_gpu_timer_end(&rc->timer);
-    double gpu_ms = pel_gpu_timer_ms(&rc->timer);
-    pel_frame_stage_gpu(frame, "cast rays", start, gpu_ms);
+    glFinish();
+    /* Bricks are sent and mapped in between: that has stages of its own, and the GPU's clock does not tell it apart. */
+    pel_frame_stage_gpu(frame, "cast rays", start + pel_brick_set_spent(&rc->set),
+                        many || rc->device->info.software ? -1 : pel_gpu_timer_ms(&rc->timer));
+    pel_brick_set_note(&rc->set, frame);
     return ok;
 }
 
@@ -279,9 +327,13 @@ static bool read_back(struct pel_gpu_raycaster *rc, struct pel_image *image, str
 
 static void note_counters(struct pel_gpu_raycaster *rc, const struct pel_frame *frame)
 {
-    uint32_t counted[4] = { 0 };
+    uint32_t counted[COUNTER_ROWS][4] = { { 0 } };
     glGetNamedBufferSubData(rc->counters.name, 0, sizeof counted, counted);
-    uint64_t taken = counted[0] | (uint64_t)counted[1] << 32, in_box = counted[2] | (uint64_t)counted[3] << 32, cells = 1;
+    uint64_t taken = 0, in_box = 0, cells = 1;
+    for (int i = 0; i < COUNTER_ROWS; i++) {
+        taken += counted[i][0] | (uint64_t)counted[i][1] << 32;
+        in_box += counted[i][2] | (uint64_t)counted[i][3] << 32;
+    }
     int resident = 0;
     for (int a = 0; a < 3; a++)
         cells *= (uint64_t)((rc->set.plan.dims[a] - 1) / PEL_CELL_SIZE + 1);
@@ -291,7 +343,7 @@ static void note_counters(struct pel_gpu_raycaster *rc, const struct pel_frame *
     pel_frame_count(frame, "samples skipped", in_box > taken ? in_box - taken : 0);
     pel_frame_count(frame, "cells", cells);
     if (!in_bricks(rc)) /* else those of bricks that are not there are not known */
-        pel_frame_count(frame, "cells that may be seen", rc->set.bricks[0].cells.visible);
+        pel_frame_count(frame, "cells that may be seen", pel_gpu_cells_visible(&rc->set.maker, &rc->set.bricks[0].cells));
     pel_frame_count(frame, "bytes on the device", rc->device->bytes);
     if (in_bricks(rc)) {
         pel_frame_count(frame, "bricks", (uint64_t)rc->set.count);
