@@ -173,6 +173,7 @@ static bool measure(struct bench *bench, struct progress *progress, struct pel_e
     struct pel_renderer_params params = PEL_RENDERER_PARAMS_INIT;
     params.threads = bench->values->scene.threads;
     params.device = bench->loaded->device;
+    bench->loaded->scene.render.refine = 0; /* every frame is a new view */
     /* The callback only listens for Ctrl-C: a bar would be drawn inside what is measured. */
     progress->enabled = false;
     params.progress = progress_callback(progress);
@@ -314,7 +315,7 @@ const struct command command_bench = {
     .summary = "Measure what a frame costs",
     .usage = "FILE [options]",
     .description =
-        "Takes the options of render. Draws frames while the camera orbits; then, with the camera of the first frame, after each of a "
+        "Takes the options of render (--refine has no effect). Draws frames while the camera orbits; then, with the camera of the first frame, after each of a "
         "series of changes of the transfer function (the inner points of the opacity curve moved together by 2, -2, 4, -4, ... 255ths of "
         "the values' range), and in mode isosurface after changes of the isovalue by as much. A change's time is from the edit to the "
         "picture.\n\n"

@@ -28,7 +28,7 @@ static void choose_automatically(struct loaded_scene *loaded, const struct pel_t
     bool on_cpu = technique->engines & PEL_ENGINE_CPU;
     struct pel_error why = PEL_ERROR_INIT;
     if (on_cpu && !gpu_file_exists()) {
-        snprintf(loaded->device_note, sizeof loaded->device_note, "no GPU");
+        snprintf(loaded->device_note, sizeof loaded->device_note, "no hardware GPU");
         return;
     }
     loaded->device = pel_device_create(-1, params, &why);
@@ -37,7 +37,7 @@ static void choose_automatically(struct loaded_scene *loaded, const struct pel_t
         return;
     }
     if (on_cpu && pel_device_describe(loaded->device)->software) {
-        snprintf(loaded->device_note, sizeof loaded->device_note, "the only GPU is software");
+        snprintf(loaded->device_note, sizeof loaded->device_note, "no hardware GPU; software OpenGL would be slower");
         pel_device_destroy(loaded->device);
         loaded->device = NULL;
     }
@@ -63,6 +63,16 @@ bool scene_check_device(const struct loaded_scene *loaded, const struct scene_ar
         return tool_fail(error, PEL_ERROR_ARGUMENT, "--device cpu: %s draws on a GPU alone", technique->name);
     if (gpu && !(technique->engines & PEL_ENGINE_GPU))
         return tool_fail(error, PEL_ERROR_ARGUMENT, "--device %s: %s draws on the CPU alone", text, technique->name);
+    return true;
+}
+
+bool scene_leave_device(struct loaded_scene *loaded, const struct scene_arguments *values, const char *why)
+{
+    const struct pel_technique_info *technique = pel_technique_find(loaded->technique);
+    if (!loaded->device || strcmp(values->device, "auto") != 0 || !(technique->engines & PEL_ENGINE_CPU))
+        return false;
+    snprintf(loaded->device_note, sizeof loaded->device_note, "the GPU refused: %.200s", why);
+    loaded->device = NULL;
     return true;
 }
 

@@ -34,7 +34,7 @@ void interruption_catch(void)
         if (sigaction(numbers[i], NULL, &old) == 0 && old.sa_handler == SIG_IGN)
             continue;
         action.sa_handler = on_signal;
-        action.sa_flags = SA_RESETHAND | SA_RESTART;
+        action.sa_flags = SA_RESETHAND; /* and no restart: what waits for a pipe or a far disk ends */
         sigaction(numbers[i], &action, NULL);
     }
 }

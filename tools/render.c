@@ -37,7 +37,7 @@ static const struct pel_option rows[] = {
     { "save-scene", "Save scene", "Write all that decides the picture as a scene file, for --scene", PEL_OPTION_TEXT, FIELD(save_scene), 0,
       0, NULL, NULL, NULL },
     { "stats", "Statistics",
-      "Tell the time of each stage and what was skipped: text on standard error, json on standard output (on standard error with -o -)",
+      "Tell the time of each stage and what was skipped, in the last frame drawn: text on standard error, json on standard output (on standard error with -o -)",
       PEL_OPTION_CHOICE, FIELD(stats), 0, 0, "none", stats_names, NULL },
     { NULL },
 };
@@ -173,7 +173,7 @@ static void print_stats_text(const struct pel_frame_stats *stats, const struct l
         fprintf(stderr, "%-28s %12" PRIu64 "\n", stats->counters[i].name, stats->counters[i].value);
 }
 
-/* {"technique", "device", "isa", "threads", "load_ms", "stages": [{"name", "cpu_ms", "gpu_ms"}], "counters": {name: value}} */
+/* {"technique", "device", "device_note" (why --device auto took the CPU), "isa", "threads", "load_ms", "stages": [{"name", "cpu_ms", "gpu_ms"}], "counters": {name: value}} */
 static bool print_stats_json(const struct pel_frame_stats *stats, const struct loaded_scene *loaded, FILE *stream)
 {
     json_t *stages = json_array(), *counters = json_object();
@@ -183,8 +183,8 @@ static bool print_stats_json(const struct pel_frame_stats *stats, const struct l
                                         stats->stages[i].gpu_ms >= 0 ? json_number(stats->stages[i].gpu_ms) : json_null()));
     for (int i = 0; i < stats->counter_count; i++)
         json_object_set_new(counters, stats->counters[i].name, json_integer((json_int_t)stats->counters[i].value));
-    return json_print(json_pack("{s:s, s:s, s:s?, s:i, s:f, s:o, s:o}", "technique", stats->technique, "device", stats->device, "isa",
-                                stats->isa, "threads", stats->threads, "load_ms", loaded->load_ms, "stages", stages, "counters", counters),
+    return json_print(json_pack("{s:s, s:s, s:s?, s:s?, s:i, s:f, s:o, s:o}", "technique", stats->technique, "device", stats->device,
+                                "device_note", loaded->device_note[0] ? loaded->device_note : NULL, "isa", stats->isa, "threads", stats->threads, "load_ms", loaded->load_ms, "stages", stages, "counters", counters),
                       stream);
 }
 
@@ -232,6 +232,22 @@ static void tell_if_empty(const struct values *values, const struct loaded_scene
     }
 }
 
+/* Draws; where a GPU that was chosen automatically refuses, on the CPU after all. */
+static bool draw_frame(const struct values *values, struct loaded_scene *loaded, struct pel_renderer_params *params,
+                       struct pel_renderer **renderer, struct pel_image *image, struct pel_error *error)
+{
+    if (pel_renderer_draw(*renderer, &loaded->scene, loaded->technique, image, error))
+        return true;
+    if (error->code != PEL_ERROR_UNSUPPORTED || !scene_leave_device(loaded, &values->scene, error->message))
+        return false;
+    pel_renderer_destroy(*renderer);
+    pel_device_destroy(params->device);
+    params->device = NULL;
+    *error = (struct pel_error)PEL_ERROR_INIT;
+    *renderer = pel_renderer_create(params, error);
+    return *renderer && pel_renderer_draw(*renderer, &loaded->scene, loaded->technique, image, error);
+}
+
 static bool draw(const struct values *values, const struct arguments *arguments, struct loaded_scene *loaded, struct progress *progress,
                  struct pel_error *error)
 {
@@ -253,7 +269,7 @@ static bool draw(const struct values *values, const struct arguments *arguments,
         if (turntable)
             scene_move_camera(loaded, &values->scene, 360.0 * i / frames);
         do {
-            if (!pel_renderer_draw(renderer, &loaded->scene, loaded->technique, &image, error))
+            if (!draw_frame(values, loaded, &params, &renderer, &image, error))
                 goto cleanup;
             progress->part++;
         } while (!pel_renderer_finished(renderer));

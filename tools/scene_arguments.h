@@ -101,6 +101,8 @@ bool volume_load(const char *path, const char *array, const char *raw, bool scal
 /* Makes the scene's parts; used by scene_load. */
 bool scene_check_device(const struct loaded_scene *loaded, const struct scene_arguments *values, struct pel_error *error);
 bool scene_open_device(struct loaded_scene *loaded, const struct scene_arguments *values, struct pel_error *error);
+/* Takes the device out of the scene, for the caller to destroy, where it was chosen automatically and the CPU can draw instead; notes why. */
+bool scene_leave_device(struct loaded_scene *loaded, const struct scene_arguments *values, const char *why);
 bool scene_set_transfer(struct loaded_scene *loaded, const struct arguments *arguments, const struct scene_arguments *values,
                         const struct pel_scene_parts *has, struct pel_error *error);
 bool scene_set_surfaces(struct loaded_scene *loaded, const struct arguments *arguments, const struct scene_arguments *values,

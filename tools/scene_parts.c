@@ -168,6 +168,12 @@ bool scene_set_surfaces(struct loaded_scene *loaded, const struct arguments *arg
         memcpy(scene->slice.normal, values->slice + 3, sizeof scene->slice.normal);
     } else if (!has->slice) {
         centre_of(&loaded->volume, scene->slice.origin);
+        if (loaded->volume.labels) { /* through voxels, not between two */
+            double middle[3];
+            for (int a = 0; a < 3; a++)
+                middle[a] = (double)((loaded->volume.dims[a] - 1) / 2);
+            pel_volume_index_to_world(&loaded->volume, middle, scene->slice.origin);
+        }
         memcpy(scene->slice.normal, loaded->volume.direction[2], sizeof scene->slice.normal);
     }
     if (values->clip_plane_count > 0)

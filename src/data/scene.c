@@ -21,7 +21,7 @@ const struct pel_option pel_render_options[] = {
     { "step", "Step", "Distance between samples along a ray", PEL_OPTION_DOUBLE, AT(step), 0.01, 100, "0.5", NULL, "voxels" },
     { "jitter", "Jitter", "Move each ray's samples by a fixed pseudo-random part of the step: fine noise in place of rings",
       PEL_OPTION_BOOL, AT(jitter), 0, 1, "false", NULL, NULL },
-    { "refine", "Refine", "Average this many frames at half a voxel, each with its samples elsewhere in their steps; 0: one frame as it is",
+    { "refine", "Refine", "Average this many frames at half a voxel (or at a finer --step), each with its samples elsewhere in their steps; 0: one frame as it is",
       PEL_OPTION_INT, AT(refine), 0, 256, "0", NULL, "frames" },
     { "termination", "Termination", "A ray ends once its opacity reaches this; 1 follows every ray to its end", PEL_OPTION_DOUBLE,
       AT(termination), 0.01, 1, "0.998", NULL, "opacity" },

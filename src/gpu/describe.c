@@ -100,7 +100,7 @@ void pel_devices_compare(struct pel_device_info *infos, int count)
         info->chosen = i == best;
         if (i == best)
             snprintf(info->note, sizeof info->note, "%s",
-                     info->software ? "chosen: software, as no hardware GPU is usable" : "chosen: the first usable GPU");
+                     info->software ? "chosen where a GPU is asked for: software, as no hardware GPU is usable" : "chosen: the first usable GPU");
         else if (info->software && !infos[best].software)
             snprintf(info->note, sizeof info->note, "usable, but software: GPU %d comes first", best);
         else

@@ -2,6 +2,7 @@
 /* Programs, compiled or taken from the cache. The cache is a folder of files, each named by a hash of driver and text, with a checksum
  * before the binary; a file is written under another name and renamed, so that runs side by side see whole files or none. Whatever is wrong
  * with it, the program is compiled. */
+#include <fcntl.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -70,9 +71,15 @@ static bool linked(GLuint program)
 static bool load_cached(GLuint program, const char *path)
 {
     struct cached head;
-    FILE *file = fopen(path, "rb");
-    if (!file)
+    /* Whatever lies there, a pipe, say, must not make us wait. */
+    struct stat about;
+    int descriptor = open(path, O_RDONLY | O_NONBLOCK | O_CLOEXEC);
+    FILE *file = descriptor >= 0 && fstat(descriptor, &about) == 0 && S_ISREG(about.st_mode) ? fdopen(descriptor, "rb") : NULL;
+    if (!file) {
+        if (descriptor >= 0)
+            close(descriptor);
         return false;
+    }
     char *binary = NULL;
     bool ok = fread(&head, sizeof head, 1, file) == 1 && !memcmp(head.magic, cache_magic, sizeof head.magic) && head.length > 0 &&
               head.length <= (uint32_t)64 << 20;
@@ -126,7 +133,7 @@ static void fail_with_log(GLuint object, bool is_program, const char *file, stru
     pel_shader_name_lines(log, named, sizeof named);
     for (char *c = named; *c; c++)
         if (*c == '\n')
-            *c = c[1] ? ';' : 0;
+            *c = c[1] ? ' ' : 0;
     pel_fail(error, PEL_ERROR_UNSUPPORTED, "%s: the driver refuses the shader: %s", file, named);
 }
 

@@ -5,6 +5,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/stat.h>
 
 #include "alloc.h"
 #include "fail.h"
@@ -83,7 +84,7 @@ static bool add_lines(struct composing *c, const char *name, size_t index, const
         size_t length = end ? (size_t)(end - text) : strlen(text);
         if (included(text, length, other)) {
             if (!add_file(c, other, depth + 1))
-                return pel_fail_in(c->error, "%s:%d", name, number);
+                return pel_fail_in(c->error, "%s:%d: ", name, number);
             snprintf(mark, sizeof mark, "#line %d %zu\n", number + 1, index);
             if (!append(c, mark, strlen(mark)))
                 return false;
@@ -115,6 +116,11 @@ static bool add_file(struct composing *c, const char *name, int depth)
 char *pel_shader_compose(const char *name, const char *defines, struct pel_error *error)
 {
     struct composing c = { .folder = getenv("PELLUCID_SHADERS"), .error = error };
+    struct stat about;
+    if (c.folder && (stat(c.folder, &about) != 0 || !S_ISDIR(about.st_mode))) {
+        pel_fail(error, PEL_ERROR_ARGUMENT, "PELLUCID_SHADERS: there is no folder %.200s", c.folder);
+        return NULL;
+    }
     static const char version[] = "#version 450 core\n";
     if (append(&c, version, strlen(version)) && append(&c, defines, strlen(defines)) && add_file(&c, name, 0))
         return c.text;

@@ -45,7 +45,7 @@ with Folder() as folder:
     check(result.out == read(folder / "a.png") and "stages" in json.loads(result.err), "--stats json leaves the picture on standard output alone", result.err)
     result = run(*base, "-o", folder / "b.png", "--stats", "json")
     told = result.json()
-    check(list(told) == ["technique", "device", "isa", "threads", "load_ms", "stages", "counters"] and told["stages"] and
+    check(list(told) == ["technique", "device", "device_note", "isa", "threads", "load_ms", "stages", "counters"] and told["stages"] and
           all(set(s) == {"name", "cpu_ms", "gpu_ms"} for s in told["stages"]) and told["counters"].get("samples taken", 0) > 0, "--stats json", result)
     result = run(*base, "-o", folder / "b.png", "--stats")
     check(not result.out and "samples taken" in result.err and "load" in result.err, "--stats is text on standard error", result)
