@@ -12,6 +12,7 @@
 
 #include "kernel_composite.h"
 #include "kernel_projection.h"
+#include "kernel_shear.h"
 #include "kernel_spans.h"
 #include "kernel_surface.h"
 
@@ -42,8 +43,18 @@ TILE(tile_projection, projection(job, &r, counts), job->mode == PEL_MODE_XRAY)
 TILE(tile_isosurface, isosurface(job, &r, counts), true)
 TILE(tile_slice, slice(job, &r, counts), false)
 
+#define SHEAR_LINE(NAME, SHADED)                                                                                                          \
+    static void NAME(const struct pel_job *job, const struct pel_shear *shear, int v, struct pel_scanline *line, struct pel_counts *counts) \
+    {                                                                                                                                     \
+        shear_line(job, shear, v, line, SHADED, counts);                                                                                  \
+    }
+
+SHEAR_LINE(line_composite, false)
+SHEAR_LINE(line_shaded, true)
+
 extern const struct pel_kernels PEL_KERNELS;
 const struct pel_kernels PEL_KERNELS = {
     project_surface,    tile_composite,  tile_composite_shaded, tile_composite_general,
     tile_preintegrated, tile_projection, tile_isosurface,       tile_slice,
+    line_composite,     line_shaded,
 };

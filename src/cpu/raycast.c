@@ -8,6 +8,7 @@
 
 #include "alloc.h"
 #include "classify.h"
+#include "encode.h"
 #include "fail.h"
 #include "kernel.h"
 #include "parallel.h"
@@ -120,23 +121,6 @@ static void draw_tile(void *context, size_t tile, int thread)
         atomic_store(&d->cancelled, true);
 }
 
-static float to_display(float c)
-{
-    return c <= 0.0031308f ? c * 12.92f : 1.055f * powf(c, 1 / 2.4f) - 0.055f;
-}
-
-/* Linear light back to display values: the colour without its opacity is encoded. */
-static void encode_row(void *context, size_t y, int thread)
-{
-    (void)thread;
-    const struct pel_job *job = context;
-    for (int x = 0; x < job->width; x++) {
-        float *p = job->rgba + (y * (size_t)job->width + (size_t)x) * 4;
-        for (int c = 0; c < 3 && p[3] > 0; c++)
-            p[c] = to_display(p[c] / p[3]) * p[3];
-    }
-}
-
 bool pel_raycaster_aim(struct pel_raycaster *rc, const struct pel_scene *scene, int jitter, int width, int height, struct pel_error *error)
 {
     struct pel_job *job = &rc->job;
@@ -178,7 +162,7 @@ bool pel_raycaster_draw(struct pel_raycaster *rc, const struct pel_scene *scene,
     }
     free(d.counts);
     if (scene->linear_light && job->mode != PEL_MODE_XRAY)
-        pel_parallel_for(rc->threads, (size_t)image->height, encode_row, job);
+        pel_encode_picture(job, rc->threads);
     const size_t *cells = rc->voxels.minmax.cells.dims;
     counters->cells = cells[0] * cells[1] * cells[2];
     counters->visible_cells = rc->state.visible_cells;
