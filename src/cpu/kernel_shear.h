@@ -49,14 +49,34 @@ PEL_INLINE int line_cuts(const struct pel_job *job, const struct pel_shear *s, i
     return count;
 }
 
-/* Cuts W rays from pixel u on. What runs alongside a face is in or out as a whole. */
-PEL_INLINE void cut_rays(const struct cut *c, vf pixel, vf *from, vf *to)
+/* What is cut off a ray: a cut's share, as [from, to]. What runs alongside a face is in or out as a whole. */
+struct stretch {
+    vf from, to;
+};
+
+PEL_INLINE struct stretch cut_rays(const struct cut *c, vf pixel)
 {
-    vf value = (float)c->c0 + pixel * (float)c->c1, slope = (float)c->d0 + pixel * (float)c->d1;
+    vf value = (float)c->c0 + pixel * (float)c->c1, slope = (float)c->d0 + pixel * (float)c->d1, none = vf_set(-1e9f), all = vf_set(1e9f);
     vi along = vf_abs(slope) < 1e-7f;
-    vf at = -value / vf_select(along, vf_set(1), slope), none = vf_set(-1e9f), all = vf_set(1e9f);
-    *from = vf_max(*from, vf_select(~along & (slope > 0), at, none));
-    *to = vf_min(*to, vf_select(along, vf_select(value >= -1e-4f, all, none), vf_select(slope > 0, all, at)));
+    vf at = -value / vf_select(along, vf_set(1), slope);
+    return (struct stretch){ vf_select(~along & (slope > 0), at, none),
+                             vf_select(along, vf_select(value >= -1e-4f, all, none), vf_select(slope > 0, all, at)) };
+}
+
+/* Keeps of the cuts those that differ from pixel to pixel, and puts what the others leave into *all. */
+PEL_INLINE int cut_whole_line(struct cut *cuts, int count, struct stretch *all)
+{
+    int kept = 0;
+    for (int i = 0; i < count; i++) {
+        if (cuts[i].c1 != 0 || cuts[i].d1 != 0) {
+            cuts[kept++] = cuts[i];
+            continue;
+        }
+        struct stretch s = cut_rays(&cuts[i], vf_set(0));
+        all->from = vf_max(all->from, s.from);
+        all->to = vf_min(all->to, s.to);
+    }
+    return kept;
 }
 
 /* Perspective: each ray's direction, and its length from slice to slice. */
@@ -81,29 +101,38 @@ PEL_INLINE bool line_rays(const struct pel_job *job, const struct pel_shear *s, 
                           struct pel_counts *counts)
 {
     struct cut cuts[PEL_MAX_CLIP_PLANES + 12];
-    int count = line_cuts(job, s, v, cuts);
-    float least = 1e30f, most = -1e30f;
+    struct stretch all = { vf_set((float)s->slice_from), vf_set(1e9f) };
+    int count = cut_whole_line(cuts, line_cuts(job, s, v, cuts), &all);
+    vf least = vf_set(1e9f), most = vf_set(-1e9f), inside = vf_set(0);
     for (int u = 0; u < s->width; u += W) {
-        vf pixel = vi_to_vf(vi_lane() + u), from = vf_set((float)s->slice_from), to = vf_set(1e9f);
-        for (int i = 0; i < count; i++)
-            cut_rays(&cuts[i], pixel, &from, &to);
-        vi runs = (to > from) & (vi_lane() + u < s->width);
-        from = vf_select(runs, from, vf_set(1e9f));
-        to = vf_select(runs, to, vf_set(-1e9f));
-        vf_store(line->from + u, from);
-        vf_store(line->to + u, to);
-        for (int l = 0; l < W; l++) {
-            least = from[l] < least ? from[l] : least;
-            most = to[l] > most ? to[l] : most;
-            counts->in_box += runs[l] ? (unsigned)(to[l] - from[l]) + 1 : 0;
+        vf pixel = vi_to_vf(vi_lane() + u);
+        struct stretch r = all;
+        for (int i = 0; i < count; i++) {
+            struct stretch cut = cut_rays(&cuts[i], pixel);
+            r.from = vf_max(r.from, cut.from);
+            r.to = vf_min(r.to, cut.to);
         }
+        vi runs = (r.to > r.from) & (vi_lane() + u < s->width);
+        r.from = vf_select(runs, r.from, vf_set(1e9f));
+        r.to = vf_select(runs, r.to, vf_set(-1e9f));
+        vf_store(line->from + u, r.from);
+        vf_store(line->to + u, r.to);
+        least = vf_min(least, r.from);
+        most = vf_max(most, r.to);
+        inside += vf_select(runs, r.to - r.from, vf_set(0));
     }
-    if (!(most > least))
+    float from = 1e9f, to = -1e9f;
+    for (int l = 0; l < W; l++) {
+        from = least[l] < from ? least[l] : from;
+        to = most[l] > to ? most[l] : to;
+        counts->in_box += (uint64_t)inside[l];
+    }
+    if (!(to > from))
         return false;
     if (s->perspective)
         line_directions(s, v, line);
-    *first = (int)ceilf(fmaxf(least - 0.5f, 0));
-    *last = (int)floorf(fminf(most + 0.5f, (float)(s->slice_count - 1)));
+    *first = from > 0.5f ? (int)ceilf(from - 0.5f) : 0;
+    *last = to + 0.5f < (float)(s->slice_count - 1) ? (int)floorf(to + 0.5f) : s->slice_count - 1;
     return true;
 }
 
@@ -114,6 +143,8 @@ struct slice_row {
     int j;        /* the row of voxels before it */
     float weight; /* how far it is towards the next */
     int m;
+    bool near;    /* unit steps along x, in a slice of voxels that has others around: no gathering is needed */
+    ptrdiff_t offset, next_row, next_slice; /* then: voxel of pixel 0, and from row to row and slice to slice */
 };
 
 PEL_INLINE vi bits_to_lanes(unsigned bits)
@@ -148,6 +179,136 @@ PEL_INLINE struct spot shear_spot(const struct pel_job *job, const struct pel_sh
     place[s->axis[2]] = vi_set(slice->voxel), rest[s->axis[2]] = vf_set(slice->weight);
     return (struct spot){ place[0], place[1], place[2], rest[0], rest[1], rest[2] };
 }
+
+#if PEL_KIND != PEL_KIND_WIDE
+
+/* A row of voxels around the scanline's place in a slice: `j` rows and `k` slices on. */
+PEL_INLINE ptrdiff_t row_offset(const struct slice_row *r, int u, int j, int k)
+{
+    return r->offset + u + j * r->next_row + k * r->next_slice;
+}
+
+#if PEL_KIND == PEL_KIND_F32
+
+typedef vf row_voxels;
+
+PEL_INLINE vf row_load(const struct pel_job *job, ptrdiff_t at)
+{
+    return vf_load((const float *)job->data + at);
+}
+
+/* As middle_lerp and slope_lerp of fetch.h, to the bit. */
+PEL_INLINE vf row_lerp(const struct slice_row *r, vf left, vf right)
+{
+    return vf_lerp(left, right, vf_set(r->i));
+}
+
+PEL_INLINE vf row_slope(const struct slice_row *r, const vf v[4])
+{
+    return vf_lerp(v[2] - v[0], v[3] - v[1], vf_set(r->i));
+}
+
+#else
+
+typedef vi row_voxels;
+
+/* W neighbours along a row, as 16-bit numbers in their lanes' lower halves. */
+PEL_INLINE vi row_load(const struct pel_job *job, ptrdiff_t at)
+{
+#if PEL_KIND == PEL_KIND_U8
+    typedef uint8_t narrow __attribute__((vector_size(W)));
+    narrow n;
+    memcpy(&n, (const uint8_t *)job->data + at, sizeof n);
+    return __builtin_convertvector(n ^ (uint8_t)job->flip, vi);
+#else
+    typedef uint16_t narrow __attribute__((vector_size(W * 2)));
+    narrow n;
+    memcpy(&n, (const uint16_t *)job->data + at, sizeof n);
+    return __builtin_convertvector(n ^ (uint16_t)job->flip, vi);
+#endif
+}
+
+PEL_INLINE vi row_weights(const struct slice_row *r)
+{
+    int32_t w = (int32_t)(r->i * 16384.0f + 0.5f);
+    w = w < 16384 ? w : 16384;
+    return vi_set((w << 16) | (16384 - w));
+}
+
+PEL_INLINE vf row_lerp(const struct slice_row *r, vi left, vi right)
+{
+    return vi_to_vf(vi_madd16(left | (right << 16), row_weights(r)));
+}
+
+PEL_INLINE vf row_slope(const struct slice_row *r, const vi v[4])
+{
+    vi w = row_weights(r), front = vi_madd16(v[0] | (v[1] << 16), w), back = vi_madd16(v[2] | (v[3] << 16), w);
+#if PEL_KIND == PEL_KIND_U8
+    return vi_to_vf(back - front);
+#else
+    return vi_to_vf(back) - vi_to_vf(front);
+#endif
+}
+
+#endif
+
+PEL_INLINE vf row_value(const struct pel_job *job, const struct slice_row *r, int u, int j, int k)
+{
+    ptrdiff_t at = row_offset(r, u, j, k);
+    return row_lerp(r, row_load(job, at), row_load(job, at + 1));
+}
+
+/* The value in a slice of voxels: bilinear. The same bits as fetch_value gives. */
+PEL_INLINE vf near_value(const struct pel_job *job, const struct slice_row *r, int u)
+{
+    return vf_lerp(row_value(job, r, u, 0, 0), row_value(job, r, u, 1, 0), vf_set(r->weight));
+}
+
+/* As fetch_gradient there. */
+PEL_INLINE void near_gradient(const struct pel_job *job, const struct pel_shear *s, const struct slice_row *r, int u, vf g[3])
+{
+    vf weight = vf_set(r->weight), middle[2], slope[2], to[3];
+    for (int j = 0; j < 2; j++) {
+        row_voxels v[4];
+        for (int x = 0; x < 4; x++)
+            v[x] = row_load(job, row_offset(r, u, j, 0) + x - 1);
+        middle[j] = row_lerp(r, v[1], v[2]);
+        slope[j] = row_slope(r, v);
+    }
+    to[0] = vf_lerp(slope[0], slope[1], weight);
+    to[1] = vf_lerp(middle[1] - row_value(job, r, u, -1, 0), row_value(job, r, u, 2, 0) - middle[0], weight);
+    to[2] = vf_lerp(row_value(job, r, u, 0, 1) - row_value(job, r, u, 0, -1), row_value(job, r, u, 1, 1) - row_value(job, r, u, 1, -1), weight);
+    for (int a = 0; a < 3; a++)
+        g[s->axis[a]] = to[a] * (0.5f * job->gradient_scale);
+}
+
+/* Do W pixels from u on read voxels that are neighbours in memory, all of them inside the volume? */
+PEL_INLINE bool is_near(const struct pel_job *job, const struct slice_row *r, int u, unsigned bits)
+{
+    int x = u + r->whole;
+    return r->near && x + __builtin_ctz(bits) >= 1 && x + 31 - __builtin_clz(bits) <= job->dims[0] - 3;
+}
+
+#else
+
+PEL_INLINE vf near_value(const struct pel_job *job, const struct slice_row *r, int u)
+{
+    (void)job, (void)r, (void)u;
+    return vf_set(0);
+}
+
+PEL_INLINE void near_gradient(const struct pel_job *job, const struct pel_shear *s, const struct slice_row *r, int u, vf g[3])
+{
+    (void)job, (void)s, (void)r, (void)u, (void)g;
+}
+
+PEL_INLINE bool is_near(const struct pel_job *job, const struct slice_row *r, int u, unsigned bits)
+{
+    (void)job, (void)r, (void)u, (void)bits;
+    return false;
+}
+
+#endif
 
 /* Opacity of the part `share` of a slice's slab, and the colour of that opacity. */
 PEL_INLINE vf slab_alpha(const struct pel_job *job, const struct pel_shear *s, const struct pel_scanline *line, int u, vi entry, vf share)
@@ -191,11 +352,16 @@ PEL_INLINE unsigned shear_chunk(const struct pel_job *job, const struct pel_shea
     if (!vi_any(live))
         return 0;
     share = vf_select(live, share, vf_set(1));
-    struct spot at = shear_spot(job, s, r, u);
+    const bool near = is_near(job, r, u, bits);
+    struct spot at = { 0 };
     struct rows rows = { 0 };
     struct nearest voxel;
     vf raw;
-    if (job->nearest) {
+    if (!near)
+        at = shear_spot(job, s, r, u);
+    if (near) {
+        raw = near_value(job, r, u);
+    } else if (job->nearest) {
         voxel = nearest_voxel(job, &at);
         raw = fetch_nearest(job, voxel.x, voxel.y, voxel.z);
     } else {
@@ -211,7 +377,9 @@ PEL_INLINE unsigned shear_chunk(const struct pel_job *job, const struct pel_shea
     if (shaded) {
         vf g[3];
         struct packet view = shear_view(s, line, u);
-        if (job->nearest)
+        if (near)
+            near_gradient(job, s, r, u, g);
+        else if (job->nearest)
             opacity_gradient(job, voxel.x, voxel.y, voxel.z, g);
         else
             fetch_gradient(job, &at, &rows, g);
@@ -272,18 +440,22 @@ PEL_INLINE int next_bit(const uint64_t *words, int at, int end, uint64_t flip)
     return end;
 }
 
+PEL_INLINE int clamped(double at, int most)
+{
+    return at > 0 ? at < most ? (int)at : most : 0;
+}
+
 /* The runs of a slice: cells that may be seen, as stretches of pixels. */
-PEL_INLINE void shear_slice(const struct pel_job *job, const struct pel_shear *s, const struct slice_row *r, const uint64_t *runs,
+PEL_INLINE void shear_slice(const struct pel_job *job, const struct pel_shear *s, const struct slice_row *r, const uint64_t *runs, int from,
                             struct pel_scanline *line, bool shaded, struct pel_counts *counts)
 {
     const int cells = job->cell_dims[s->axis[0]];
     const double start = (double)r->i + r->whole, inverse = 1 / (double)r->di;
-    for (int from = next_bit(runs, 0, cells, 0); from < cells;) {
+    while (from < cells) {
         int to = next_bit(runs, from, cells, ~(uint64_t)0);
         /* Samples beside the box are cut off at its faces: the outermost cells reach a voxel farther. */
         double lo = (double)from * PEL_CELL_SIZE - (from == 0) - start, hi = (double)to * PEL_CELL_SIZE + (to == cells) - start;
-        int u0 = (int)fmin(fmax(lo * inverse - 1e-3, 0), s->width), u1 = (int)fmin(fmax(hi * inverse + 1 + 1e-3, 0), s->width);
-        shear_run(job, s, r, line, u0, u1, shaded, counts);
+        shear_run(job, s, r, line, clamped(lo * inverse - 1e-3, s->width), clamped(hi * inverse + 1 + 1e-3, s->width), shaded, counts);
         from = next_bit(runs, to, cells, 0);
     }
 }
@@ -323,23 +495,54 @@ PEL_INLINE void line_store(const struct pel_shear *s, int v, const struct pel_sc
     s->row_to[v + 1] = end + 1;
 }
 
+/* The scanline's place in slice m; false where nothing of its row of cells may be seen, and then *last becomes the last slice of which that is
+ * known. */
+PEL_INLINE const uint64_t *row_runs(const struct pel_job *job, const struct pel_shear *s, int v, int m, double *j)
+{
+    const struct pel_slice *slice = &s->slices[m];
+    const int a = s->axis[1];
+    double at = slice->j + v * slice->dj, most = job->dims[a] - 1;
+    at = at > 0 ? at : 0;
+    at = at < most ? at : most;
+    *j = at;
+    size_t row = (size_t)slice->cell * (size_t)job->cell_dims[a] + (size_t)((int)at >> PEL_CELL_SHIFT);
+    return s->runs + row * (size_t)s->run_words;
+}
+
+PEL_INLINE struct slice_row row_place(const struct pel_job *job, const struct pel_shear *s, int m, double j)
+{
+    const struct pel_slice *slice = &s->slices[m];
+    const int a = s->axis[1], c = s->axis[2], row = (int)j;
+    struct slice_row r = { .di = (float)slice->di, .m = m };
+    r.j = row < job->last_cell[a] ? row : job->last_cell[a];
+    r.weight = (float)(j - r.j);
+    r.whole = s->unit ? (int)floor(slice->i) : 0;
+    r.i = (float)(slice->i - r.whole);
+    r.near = s->unit && s->axis[0] == 0 && slice->weight == 0 && slice->voxel >= 1 && slice->voxel <= job->dims[c] - 2 && r.j >= 1 &&
+             r.j <= job->dims[a] - 3 && job->dims[0] >= 32 && !job->voids && !job->nearest;
+    r.next_row = a == 1 ? job->row : job->slice;
+    r.next_slice = c == 1 ? job->row : job->slice;
+    r.offset = (ptrdiff_t)slice->voxel * r.next_slice + (ptrdiff_t)r.j * r.next_row + r.whole;
+    return r;
+}
+
 PEL_INLINE void shear_line(const struct pel_job *job, const struct pel_shear *s, int v, struct pel_scanline *line, bool shaded,
                            struct pel_counts *counts)
 {
-    int first, last, a = s->axis[1];
+    int first, last;
     line_clear(s, line);
     bool any = line_rays(job, s, v, line, &first, &last, counts);
+    const int cells = job->cell_dims[s->axis[0]];
     for (int m = first; any && m <= last; m++) {
-        const struct pel_slice *slice = &s->slices[m];
-        double j = fmin(fmax(slice->j + v * slice->dj, 0), job->dims[a] - 1), i = slice->i;
-        int row = (int)j;
-        const uint64_t *runs = s->runs + ((size_t)slice->cell * (size_t)job->cell_dims[a] + (size_t)(row >> PEL_CELL_SHIFT)) * (size_t)s->run_words;
-        struct slice_row r = { .di = (float)slice->di, .m = m };
-        r.j = row < job->last_cell[a] ? row : job->last_cell[a];
-        r.weight = (float)(j - r.j);
-        r.whole = s->unit ? (int)floor(i) : 0;
-        r.i = (float)(i - r.whole);
-        shear_slice(job, s, &r, runs, line, shaded, counts);
+        double j;
+        const uint64_t *runs = row_runs(job, s, v, m, &j);
+        int begin = next_bit(runs, 0, cells, 0);
+        if (begin < cells) {
+            struct slice_row r = row_place(job, s, m, j);
+            shear_slice(job, s, &r, runs, begin, line, shaded, counts);
+        } else if (row_runs(job, s, v, s->slices[m].layer_last, &j) == runs) {
+            m = s->slices[m].layer_last; /* rows change steadily from slice to slice: all between are the same */
+        }
     }
     line_store(s, v, line);
 }

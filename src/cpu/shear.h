@@ -22,6 +22,7 @@ struct pel_slice {
     float position, weight; /* along the principal axis: the slice of voxels before it, and how far it is towards the next */
     int voxel;              /* that slice; `position` as a number */
     int cell;               /* the layer of cells that it is looked up in */
+    int layer_last;         /* the last slice in that layer */
     double i, di, j, dj;    /* i(u, m) = i + u di, j likewise */
 };
 

@@ -237,4 +237,6 @@ void pel_shear_slices(const struct pel_job *job, const struct pel_shear_settings
         to->i = s->i.at0 + at * s->i.at1, to->di = s->i.by0 + at * s->i.by1;
         to->j = s->j.at0 + at * s->j.at1, to->dj = s->j.by0 + at * s->j.by1;
     }
+    for (int m = s->slice_count - 1; m >= 0; m--)
+        slices[m].layer_last = m + 1 < s->slice_count && slices[m + 1].cell == slices[m].cell ? slices[m + 1].layer_last : m;
 }
