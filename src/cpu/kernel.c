@@ -44,9 +44,11 @@ TILE(tile_isosurface, isosurface(job, &r, counts), true)
 TILE(tile_slice, slice(job, &r, counts), false)
 
 #define SHEAR_LINE(NAME, SHADED)                                                                                                          \
-    static void NAME(const struct pel_job *job, const struct pel_shear *shear, int v, struct pel_scanline *line, struct pel_counts *counts) \
+    static void NAME(const struct pel_job *job, const struct pel_shear *shear, int v0, int v1, struct pel_scanline *line,                 \
+                     struct pel_counts *counts)                                                                                           \
     {                                                                                                                                     \
-        shear_line(job, shear, v, line, SHADED, counts);                                                                                  \
+        for (int v = v0; v < v1; v++)                                                                                                     \
+            shear_line(job, shear, v, line, SHADED, counts);                                                                              \
     }
 
 SHEAR_LINE(line_composite, false)

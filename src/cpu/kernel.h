@@ -142,10 +142,10 @@ static inline void pel_mark_span(const struct pel_projection *p, int x0, int x1,
 /* Projects the voxel cells of the cell at voxel (x, y, z) that an isosurface may pass through. Not for volumes with voids. */
 typedef void (*pel_project_surface)(const struct pel_job *job, const struct pel_projection *p, int x, int y, int z);
 
-/* A scanline of shear-warp's intermediate image (shear.h). */
+/* Scanlines from v0 up to v1 of shear-warp's intermediate image (shear.h). */
 struct pel_shear;
 struct pel_scanline;
-typedef void (*pel_shear_kernel)(const struct pel_job *job, const struct pel_shear *shear, int v, struct pel_scanline *line,
+typedef void (*pel_shear_kernel)(const struct pel_job *job, const struct pel_shear *shear, int v0, int v1, struct pel_scanline *line,
                                  struct pel_counts *counts);
 
 /* One instruction set's kernels, by kind. */

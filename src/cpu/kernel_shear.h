@@ -258,6 +258,14 @@ PEL_INLINE vf row_value(const struct pel_job *job, const struct slice_row *r, in
     return row_lerp(r, row_load(job, at), row_load(job, at + 1));
 }
 
+/* The next scanline reads a row farther: it is fetched while this one goes on. */
+PEL_INLINE void near_prefetch(const struct pel_job *job, const struct slice_row *r, int u, int rows)
+{
+    const ptrdiff_t size = PEL_KIND == PEL_KIND_U8 ? 1 : PEL_KIND == PEL_KIND_U16 ? 2 : 4;
+    __builtin_prefetch((const char *)job->data + row_offset(r, u, rows, 0) * size);
+    __builtin_prefetch((const char *)job->data + row_offset(r, u + W, rows, 0) * size);
+}
+
 /* The value in a slice of voxels: bilinear. The same bits as fetch_value gives. */
 PEL_INLINE vf near_value(const struct pel_job *job, const struct slice_row *r, int u)
 {
@@ -300,6 +308,11 @@ PEL_INLINE vf near_value(const struct pel_job *job, const struct slice_row *r, i
 PEL_INLINE void near_gradient(const struct pel_job *job, const struct pel_shear *s, const struct slice_row *r, int u, vf g[3])
 {
     (void)job, (void)s, (void)r, (void)u, (void)g;
+}
+
+PEL_INLINE void near_prefetch(const struct pel_job *job, const struct slice_row *r, int u, int rows)
+{
+    (void)job, (void)r, (void)u, (void)rows;
 }
 
 PEL_INLINE bool is_near(const struct pel_job *job, const struct slice_row *r, int u, unsigned bits)
@@ -360,6 +373,7 @@ PEL_INLINE unsigned shear_chunk(const struct pel_job *job, const struct pel_shea
     if (!near)
         at = shear_spot(job, s, r, u);
     if (near) {
+        near_prefetch(job, r, u, shaded ? 3 : 2);
         raw = near_value(job, r, u);
     } else if (job->nearest) {
         voxel = nearest_voxel(job, &at);

@@ -16,6 +16,7 @@
 #include "voxels.h"
 
 #define COUNTS_APART 4
+#define BAND 16 /* scanlines that a thread draws one after another: what one fetched, the next finds in the cache */
 
 /* One principal axis' share of the picture; in most views there is one. */
 struct part {
@@ -177,12 +178,13 @@ struct drawing {
     struct pel_error *error;
 };
 
-static void composite_line(void *context, size_t v, int thread)
+static void composite_band(void *context, size_t band, int thread)
 {
     struct drawing *d = context;
     if (atomic_load_explicit(&d->cancelled, memory_order_relaxed))
         return;
-    d->kernel(&d->sw->job, &d->part->shear, (int)v, &d->lines[thread], &d->counts[thread * COUNTS_APART]);
+    const int v0 = (int)band * BAND, height = d->part->shear.height;
+    d->kernel(&d->sw->job, &d->part->shear, v0, v0 + BAND < height ? v0 + BAND : height, &d->lines[thread], &d->counts[thread * COUNTS_APART]);
     size_t done = atomic_fetch_add(&d->done, 1) + 1;
     if (thread == 0 && !pel_progress_report(d->progress, (double)done / (double)d->items, d->error))
         atomic_store(&d->cancelled, true);
@@ -256,7 +258,7 @@ static bool draw_part(struct drawing *d, struct part *part, double stage_ms[2], 
     if (part->shear.slice_count && !prepare_part(sw, part, d->lines, error))
         return false;
     if (part->shear.slice_count)
-        pel_parallel_for(sw->threads, (size_t)part->shear.height, composite_line, d);
+        pel_parallel_for(sw->threads, ((size_t)part->shear.height + BAND - 1) / BAND, composite_band, d);
     double middle = pel_now_ms();
     pel_parallel_for(sw->threads, (size_t)sw->job.height, warp_row, d);
     d->first = false;
@@ -297,7 +299,7 @@ bool pel_shear_warp_draw(struct pel_shear_warp *sw, const struct pel_scene *scen
     d.lines = pel_alloc((size_t)sw->threads, sizeof *d.lines, "scanlines", error);
     bool ok = d.counts && d.lines;
     for (int i = 0; i < sw->part_count; i++)
-        d.items += (size_t)sw->parts[i].shear.height;
+        d.items += ((size_t)sw->parts[i].shear.height + BAND - 1) / BAND;
     stage_ms[0] = stage_ms[1] = 0;
     for (int i = 0; ok && i < sw->part_count; i++)
         ok = draw_part(&d, &sw->parts[i], stage_ms, error);
