@@ -15,6 +15,7 @@
 #include "kernel_shear.h"
 #include "kernel_spans.h"
 #include "kernel_surface.h"
+#include "kernel_warp.h"
 
 /* A tile: its packets in rows. Where CULL holds, a packet in whose pixels nothing may be seen stays as it is: empty. */
 #define TILE(NAME, DRAW, CULL)                                                                              \
@@ -47,6 +48,9 @@ TILE(tile_slice, slice(job, &r, counts), false)
     static void NAME(const struct pel_job *job, const struct pel_shear *shear, int v0, int v1, struct pel_scanline *line,                 \
                      struct pel_counts *counts)                                                                                           \
     {                                                                                                                                     \
+        line_clear(line, 0, shear->width);                                                                                                \
+        line->low = shear->width;                                                                                                         \
+        line->high = 0;                                                                                                                   \
         for (int v = v0; v < v1; v++)                                                                                                     \
             shear_line(job, shear, v, line, SHADED, counts);                                                                              \
     }
@@ -58,5 +62,5 @@ extern const struct pel_kernels PEL_KERNELS;
 const struct pel_kernels PEL_KERNELS = {
     project_surface,    tile_composite,  tile_composite_shaded, tile_composite_general,
     tile_preintegrated, tile_projection, tile_isosurface,       tile_slice,
-    line_composite,     line_shaded,
+    line_composite,     line_shaded,     warp_row,
 };

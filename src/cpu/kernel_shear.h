@@ -406,9 +406,10 @@ PEL_INLINE unsigned shear_chunk(const struct pel_job *job, const struct pel_shea
         vf_store(line->color[c] + u, vf_load(line->color[c] + u) + rest * color[c]);
     vf now = sum + rest * alpha;
     vf_store(line->alpha + u, now);
-    vi passed = (sum < 0.5f) & (now >= 0.5f);
-    if (vi_any(passed))
-        vf_store(line->depth + u, vf_select(passed, m, vf_load(line->depth + u)));
+    line->low = u < line->low ? u : line->low;
+    line->high = u + W > line->high ? u + W : line->high;
+    if (s->depth)
+        vf_store(line->depth + u, vf_select((sum < 0.5f) & (now >= 0.5f), m, vf_load(line->depth + u)));
     return vi_bits(live & (now >= job->termination));
 }
 
@@ -474,39 +475,64 @@ PEL_INLINE void shear_slice(const struct pel_job *job, const struct pel_shear *s
     }
 }
 
-/* Clears a scanline. */
-PEL_INLINE void line_clear(const struct pel_shear *s, struct pel_scanline *line)
+/* Clears the pixels from `low` up to `high`. */
+PEL_INLINE void line_clear(struct pel_scanline *line, int low, int high)
 {
-    size_t padded = (size_t)s->width + W;
-    for (int c = 0; c < 3; c++)
-        memset(line->color[c], 0, padded * sizeof(float));
-    memset(line->alpha, 0, padded * sizeof(float));
-    for (size_t u = 0; u < padded; u++)
-        line->depth[u] = -1;
-    memset(line->open, 0xff, (padded / 32 + 2) * sizeof(uint32_t));
+    for (int u = low; u < high; u += W) {
+        for (int c = 0; c < 3; c++)
+            vf_store(line->color[c] + u, vf_set(0));
+        vf_store(line->alpha + u, vf_set(0));
+        vf_store(line->depth + u, vf_set(-1));
+    }
 }
 
-/* Puts a scanline into the intermediate image. */
-PEL_INLINE void line_store(const struct pel_shear *s, int v, const struct pel_scanline *line)
+/* Lanes 0, W, 1, W + 1, ... or, from the upper halves, HALF, W + HALF, ... of two vectors. */
+PEL_INLINE vf zip(vf a, vf b, int upper)
+{
+    vi take;
+    for (int l = 0; l < W; l++)
+        take[l] = (l & 1) * W + (l >> 1) + upper * HALF;
+    return __builtin_shuffle(a, b, take);
+}
+
+PEL_INLINE vf zip_pairs(vf a, vf b, int upper)
+{
+    vl take;
+    for (int l = 0; l < HALF; l++)
+        take[l] = (l & 1) * HALF + (l >> 1) + upper * (HALF / 2);
+    return (vf)__builtin_shuffle((vd)a, (vd)b, take);
+}
+
+/* W pixels of four floats. */
+PEL_INLINE void store_pixels(float *to, vf red, vf green, vf blue, vf alpha)
+{
+    for (int upper = 0; upper < 2; upper++) {
+        vf rg = zip(red, green, upper), ba = zip(blue, alpha, upper);
+        vf_store(to + upper * 2 * W, zip_pairs(rg, ba, 0));
+        vf_store(to + upper * 2 * W + W, zip_pairs(rg, ba, 1));
+    }
+}
+
+/* Puts a scanline into the intermediate image, whose rows have room for 2 W pixels more, and clears it. */
+PEL_INLINE void line_store(const struct pel_shear *s, int v, struct pel_scanline *line)
 {
     float *to = s->rgba + ((size_t)(v + 1) * (size_t)s->stride + 1) * 4;
-    int from = s->width, end = 0;
-    memset(to - 4, 0, 4 * sizeof *to); /* the border */
-    memset(to + 4 * (size_t)s->width, 0, 4 * sizeof *to);
-    for (int u = 0; u < s->width; u++) {
-        to[4 * u] = line->color[0][u], to[4 * u + 1] = line->color[1][u], to[4 * u + 2] = line->color[2][u], to[4 * u + 3] = line->alpha[u];
-        if (line->alpha[u] > 0) {
-            from = u < from ? u : from;
-            end = u + 1;
-        }
-    }
+    const int low = line->low < line->high ? line->low : 0, high = line->high;
+    memset(to - 4, 0, ((size_t)low + 1) * 4 * sizeof *to);
+    for (int u = low; u < high; u += W)
+        store_pixels(to + 4 * u, vf_load(line->color[0] + u), vf_load(line->color[1] + u), vf_load(line->color[2] + u), vf_load(line->alpha + u));
+    const int end = high < s->width ? high : s->width;
+    memset(to + 4 * end, 0, (size_t)(s->width + 1 - end) * 4 * sizeof *to);
     if (s->depth) {
         float *depth = s->depth + (size_t)(v + 1) * (size_t)s->stride;
         depth[0] = depth[s->width + 1] = -1;
         memcpy(depth + 1, line->depth, (size_t)s->width * sizeof(float));
     }
-    s->row_from[v + 1] = from + 1;
+    s->row_from[v + 1] = low + 1;
     s->row_to[v + 1] = end + 1;
+    line_clear(line, low, high);
+    line->low = s->width;
+    line->high = 0;
 }
 
 /* The scanline's place in slice m; false where nothing of its row of cells may be seen, and then *last becomes the last slice of which that is
@@ -544,7 +570,7 @@ PEL_INLINE void shear_line(const struct pel_job *job, const struct pel_shear *s,
                            struct pel_counts *counts)
 {
     int first, last;
-    line_clear(s, line);
+    memset(line->open, 0xff, ((size_t)s->width / 32 + 3) * sizeof *line->open);
     bool any = line_rays(job, s, v, line, &first, &last, counts);
     const int cells = job->cell_dims[s->axis[0]];
     for (int m = first; any && m <= last; m++) {

@@ -58,6 +58,7 @@ struct pel_scanline {
     float *from, *to;   /* the slices between which the ray runs: from the first to the last m, not whole */
     float *length, *toward[3]; /* perspective: as in struct pel_shear, a ray */
     uint32_t *open;     /* a bit a pixel that is not opaque yet */
+    int low, high;      /* pixels from low up to high have gathered something; everything else is clear */
 };
 #define PEL_SCANLINE_ARRAYS 11
 

@@ -186,6 +186,7 @@ bool pel_shear_factor(const struct pel_job *job, bool perspective, const struct 
     for (int a = 0; perspective && a < 3; a++)
         eye[a] = job->p0[a] + job->s_least * job->d0[a];
     *s = (struct pel_shear){ .perspective = perspective, .slice_from = -1e9, .step = (double)sign / settings->supersampling };
+    *warp = (struct pel_warp){ .split = split, .axis = c, .sign = sign };
     memcpy(s->axis, axes[c], sizeof s->axis);
     s->first = sign > 0 ? 0 : job->dims[c] - 1;
     s->reference = 0.5 * (job->dims[c] - 1);
@@ -215,11 +216,11 @@ bool pel_shear_factor(const struct pel_job *job, bool perspective, const struct 
     s->unit = !perspective && by[0] == 1;
     s->slice_count = (job->dims[c] - 1) * settings->supersampling + 1;
     rays_in_slices(job, perspective, eye, start, by, s);
-    *warp = (struct pel_warp){ .split = split, .axis = c, .sign = sign };
     for (int i = 0; i < 3; i++) {
-        warp->u[i] = (map.at[0][i] - start[0] * map.over[i]) / by[0];
-        warp->v[i] = (map.at[1][i] - start[1] * map.over[i]) / by[1];
-        warp->w[i] = map.over[i];
+        double over = perspective ? sign * map.over[i] : map.over[i]; /* the border moves the image by a pixel */
+        warp->u[i] = ((perspective ? sign : 1) * map.at[0][i] - start[0] * over) / by[0] + over;
+        warp->v[i] = ((perspective ? sign : 1) * map.at[1][i] - start[1] * over) / by[1] + over;
+        warp->w[i] = over;
     }
     return true;
 }

@@ -168,6 +168,7 @@ struct drawing {
     struct pel_shear_warp *sw;
     const struct part *part;
     pel_shear_kernel kernel;
+    pel_warp_kernel warp;       /* NULL: the part shows nothing */
     struct pel_scanline *lines; /* one a thread */
     struct pel_counts *counts;
     const struct pel_progress *progress;
@@ -177,6 +178,11 @@ struct drawing {
     atomic_bool cancelled;
     struct pel_error *error;
 };
+
+static size_t bands_of(int rows)
+{
+    return ((size_t)rows + BAND - 1) / BAND;
+}
 
 static void composite_band(void *context, size_t band, int thread)
 {
@@ -190,19 +196,25 @@ static void composite_band(void *context, size_t band, int thread)
         atomic_store(&d->cancelled, true);
 }
 
-static void warp_row(void *context, size_t y, int thread)
+static void clear_rows(const struct drawing *d, size_t first, size_t end)
+{
+    const struct pel_job *job = &d->sw->job;
+    const size_t width = (size_t)job->width;
+    if (d->first && !d->warp) /* else the warp clears what it does not draw */
+        memset(job->rgba + first * width * 4, 0, (end - first) * width * 4 * sizeof(float));
+    for (size_t i = first * width; d->first && job->depth && i < end * width; i++)
+        job->depth[i] = INFINITY;
+}
+
+static void warp_rows(void *context, size_t band, int thread)
 {
     (void)thread;
     struct drawing *d = context;
     const struct pel_job *job = &d->sw->job;
-    size_t width = (size_t)job->width;
-    if (d->first) {
-        memset(job->rgba + y * width * 4, 0, width * 4 * sizeof(float));
-        for (size_t x = 0; job->depth && x < width; x++)
-            job->depth[y * width + x] = INFINITY;
-    }
-    if (d->part->shear.slice_count)
-        pel_warp_row(job, &d->part->shear, &d->part->warp, (int)y);
+    const size_t height = (size_t)job->height, first = band * BAND, end = first + BAND < height ? first + BAND : height;
+    clear_rows(d, first, end);
+    for (size_t y = first; d->warp && y < end; y++)
+        d->warp(job, &d->part->shear, &d->part->warp, (int)y);
 }
 
 /* Cuts a thread's memory into a scanline's arrays. */
@@ -220,7 +232,7 @@ static bool prepare_part(struct pel_shear_warp *sw, struct part *part, struct pe
 {
     struct pel_shear *s = &part->shear;
     const size_t widest = 16, padded = ((size_t)s->width + 2 * widest + 15) & ~(size_t)15, each = padded * (PEL_SCANLINE_ARRAYS + 1);
-    const size_t stride = (size_t)s->width + 2, pixels = stride * ((size_t)s->height + 2);
+    const size_t stride = (size_t)s->width + 2 + 2 * widest, pixels = stride * ((size_t)s->height + 2);
     if (!reserve((void **)&sw->slices, &sw->slice_room, (size_t)s->slice_count, sizeof *sw->slices, "slices", error) ||
         !reserve((void **)&sw->image, &sw->image_room, pixels * (sw->job.depth ? 5 : 4), sizeof(float), "intermediate image", error) ||
         !reserve((void **)&sw->rows, &sw->row_room, 2 * ((size_t)s->height + 2), sizeof(int), "intermediate image", error) ||
@@ -258,9 +270,18 @@ static bool draw_part(struct drawing *d, struct part *part, double stage_ms[2], 
     if (part->shear.slice_count && !prepare_part(sw, part, d->lines, error))
         return false;
     if (part->shear.slice_count)
-        pel_parallel_for(sw->threads, ((size_t)part->shear.height + BAND - 1) / BAND, composite_band, d);
+        pel_parallel_for(sw->threads, bands_of(part->shear.height), composite_band, d);
     double middle = pel_now_ms();
-    pel_parallel_for(sw->threads, (size_t)sw->job.height, warp_row, d);
+    d->warp = part->shear.slice_count ? sw->kernels[0]->warp : NULL;
+    if (d->warp)
+        pel_warp_bound(&part->warp, &part->shear);
+    if (part->warp.split && d->first) { /* parts leave each other's pixels alone */
+        d->warp = NULL;
+        pel_parallel_for(sw->threads, bands_of(sw->job.height), warp_rows, d);
+        d->first = false;
+        d->warp = part->shear.slice_count ? sw->kernels[0]->warp : NULL;
+    }
+    pel_parallel_for(sw->threads, bands_of(sw->job.height), warp_rows, d);
     d->first = false;
     stage_ms[0] += middle - start;
     stage_ms[1] += pel_now_ms() - middle;
@@ -299,7 +320,7 @@ bool pel_shear_warp_draw(struct pel_shear_warp *sw, const struct pel_scene *scen
     d.lines = pel_alloc((size_t)sw->threads, sizeof *d.lines, "scanlines", error);
     bool ok = d.counts && d.lines;
     for (int i = 0; i < sw->part_count; i++)
-        d.items += ((size_t)sw->parts[i].shear.height + BAND - 1) / BAND;
+        d.items += bands_of(sw->parts[i].shear.height);
     stage_ms[0] = stage_ms[1] = 0;
     for (int i = 0; ok && i < sw->part_count; i++)
         ok = draw_part(&d, &sw->parts[i], stage_ms, error);
