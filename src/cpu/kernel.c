@@ -44,23 +44,19 @@ TILE(tile_projection, projection(job, &r, counts), job->mode == PEL_MODE_XRAY)
 TILE(tile_isosurface, isosurface(job, &r, counts), true)
 TILE(tile_slice, slice(job, &r, counts), false)
 
-#define SHEAR_LINE(NAME, SHADED)                                                                                                          \
-    static void NAME(const struct pel_job *job, const struct pel_shear *shear, int v0, int v1, struct pel_scanline *line,                 \
+#define SHEAR_BAND(NAME, SHADED)                                                                                                          \
+    static void NAME(const struct pel_job *job, const struct pel_shear *shear, int v0, int v1, struct pel_gathering *gathering,           \
                      struct pel_counts *counts)                                                                                           \
     {                                                                                                                                     \
-        line_clear(line, 0, shear->width);                                                                                                \
-        line->low = shear->width;                                                                                                         \
-        line->high = 0;                                                                                                                   \
-        for (int v = v0; v < v1; v++)                                                                                                     \
-            shear_line(job, shear, v, line, SHADED, counts);                                                                              \
+        shear_band(job, shear, v0, v1, gathering, SHADED, counts);                                                                        \
     }
 
-SHEAR_LINE(line_composite, false)
-SHEAR_LINE(line_shaded, true)
+SHEAR_BAND(band_composite, false)
+SHEAR_BAND(band_shaded, true)
 
 extern const struct pel_kernels PEL_KERNELS;
 const struct pel_kernels PEL_KERNELS = {
     project_surface,    tile_composite,  tile_composite_shaded, tile_composite_general,
     tile_preintegrated, tile_projection, tile_isosurface,       tile_slice,
-    line_composite,     line_shaded,     warp_row,
+    band_composite,     band_shaded,     warp_row,
 };

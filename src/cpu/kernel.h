@@ -144,8 +144,8 @@ typedef void (*pel_project_surface)(const struct pel_job *job, const struct pel_
 
 /* Scanlines from v0 up to v1 of shear-warp's intermediate image (shear.h). */
 struct pel_shear;
-struct pel_scanline;
-typedef void (*pel_shear_kernel)(const struct pel_job *job, const struct pel_shear *shear, int v0, int v1, struct pel_scanline *line,
+struct pel_gathering;
+typedef void (*pel_shear_kernel)(const struct pel_job *job, const struct pel_shear *shear, int v0, int v1, struct pel_gathering *gathering,
                                  struct pel_counts *counts);
 
 /* Row y of the picture from the intermediate image (warp.h). */

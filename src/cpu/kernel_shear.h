@@ -8,19 +8,7 @@
 #define PEL_CPU_KERNEL_SHEAR_H
 
 #include "kernel_composite.h"
-#include "shear.h"
-
-PEL_INLINE vf vf_load(const float *from)
-{
-    vf v;
-    memcpy(&v, from, sizeof v);
-    return v;
-}
-
-PEL_INLINE void vf_store(float *to, vf v)
-{
-    memcpy(to, &v, sizeof v);
-}
+#include "kernel_shear_fetch.h"
 
 /* A half space to which rays are cut, along a scanline: at slice m pixel u is inside where c0 + u c1 + m (d0 + u d1) >= 0. */
 struct cut {
@@ -95,10 +83,9 @@ PEL_INLINE void line_directions(const struct pel_shear *s, int v, struct pel_sca
     }
 }
 
-/* The stretch of each ray inside the box, the clip planes and before the eye, in slices. Returns whether any ray of the scanline runs at
- * all, and between which slices. */
-PEL_INLINE bool line_rays(const struct pel_job *job, const struct pel_shear *s, int v, struct pel_scanline *line, int *first, int *last,
-                          struct pel_counts *counts)
+/* The stretch of each ray inside the box, the clip planes and before the eye, in slices, and the slices between which any of them
+ * runs. */
+PEL_INLINE void line_rays(const struct pel_job *job, const struct pel_shear *s, int v, struct pel_scanline *line, struct pel_counts *counts)
 {
     struct cut cuts[PEL_MAX_CLIP_PLANES + 12];
     struct stretch all = { vf_set((float)s->slice_from), vf_set(1e9f) };
@@ -128,24 +115,12 @@ PEL_INLINE bool line_rays(const struct pel_job *job, const struct pel_shear *s, 
         counts->in_box += (uint64_t)inside[l];
     }
     if (!(to > from))
-        return false;
+        return;
     if (s->perspective)
         line_directions(s, v, line);
-    *first = from > 0.5f ? (int)ceilf(from - 0.5f) : 0;
-    *last = to + 0.5f < (float)(s->slice_count - 1) ? (int)floorf(to + 0.5f) : s->slice_count - 1;
-    return true;
+    line->first = from > 0.5f ? (int)ceilf(from - 0.5f) : 0;
+    line->last = to + 0.5f < (float)(s->slice_count - 1) ? (int)floorf(to + 0.5f) : s->slice_count - 1;
 }
-
-/* A scanline's place in a slice. */
-struct slice_row {
-    float i, di;  /* i(u) = i + u di */
-    int whole;    /* unit: the whole part of i; `i` is the rest */
-    int j;        /* the row of voxels before it */
-    float weight; /* how far it is towards the next */
-    int m;
-    bool near;    /* unit steps along x, in a slice of voxels that has others around: no gathering is needed */
-    ptrdiff_t offset, next_row, next_slice; /* then: voxel of pixel 0, and from row to row and slice to slice */
-};
 
 PEL_INLINE vi bits_to_lanes(unsigned bits)
 {
@@ -179,149 +154,6 @@ PEL_INLINE struct spot shear_spot(const struct pel_job *job, const struct pel_sh
     place[s->axis[2]] = vi_set(slice->voxel), rest[s->axis[2]] = vf_set(slice->weight);
     return (struct spot){ place[0], place[1], place[2], rest[0], rest[1], rest[2] };
 }
-
-#if PEL_KIND != PEL_KIND_WIDE
-
-/* A row of voxels around the scanline's place in a slice: `j` rows and `k` slices on. */
-PEL_INLINE ptrdiff_t row_offset(const struct slice_row *r, int u, int j, int k)
-{
-    return r->offset + u + j * r->next_row + k * r->next_slice;
-}
-
-#if PEL_KIND == PEL_KIND_F32
-
-typedef vf row_voxels;
-
-PEL_INLINE vf row_load(const struct pel_job *job, ptrdiff_t at)
-{
-    return vf_load((const float *)job->data + at);
-}
-
-/* As middle_lerp and slope_lerp of fetch.h, to the bit. */
-PEL_INLINE vf row_lerp(const struct slice_row *r, vf left, vf right)
-{
-    return vf_lerp(left, right, vf_set(r->i));
-}
-
-PEL_INLINE vf row_slope(const struct slice_row *r, const vf v[4])
-{
-    return vf_lerp(v[2] - v[0], v[3] - v[1], vf_set(r->i));
-}
-
-#else
-
-typedef vi row_voxels;
-
-/* W neighbours along a row, as 16-bit numbers in their lanes' lower halves. */
-PEL_INLINE vi row_load(const struct pel_job *job, ptrdiff_t at)
-{
-#if PEL_KIND == PEL_KIND_U8
-    typedef uint8_t narrow __attribute__((vector_size(W)));
-    narrow n;
-    memcpy(&n, (const uint8_t *)job->data + at, sizeof n);
-    return __builtin_convertvector(n ^ (uint8_t)job->flip, vi);
-#else
-    typedef uint16_t narrow __attribute__((vector_size(W * 2)));
-    narrow n;
-    memcpy(&n, (const uint16_t *)job->data + at, sizeof n);
-    return __builtin_convertvector(n ^ (uint16_t)job->flip, vi);
-#endif
-}
-
-PEL_INLINE vi row_weights(const struct slice_row *r)
-{
-    int32_t w = (int32_t)(r->i * 16384.0f + 0.5f);
-    w = w < 16384 ? w : 16384;
-    return vi_set((w << 16) | (16384 - w));
-}
-
-PEL_INLINE vf row_lerp(const struct slice_row *r, vi left, vi right)
-{
-    return vi_to_vf(vi_madd16(left | (right << 16), row_weights(r)));
-}
-
-PEL_INLINE vf row_slope(const struct slice_row *r, const vi v[4])
-{
-    vi w = row_weights(r), front = vi_madd16(v[0] | (v[1] << 16), w), back = vi_madd16(v[2] | (v[3] << 16), w);
-#if PEL_KIND == PEL_KIND_U8
-    return vi_to_vf(back - front);
-#else
-    return vi_to_vf(back) - vi_to_vf(front);
-#endif
-}
-
-#endif
-
-PEL_INLINE vf row_value(const struct pel_job *job, const struct slice_row *r, int u, int j, int k)
-{
-    ptrdiff_t at = row_offset(r, u, j, k);
-    return row_lerp(r, row_load(job, at), row_load(job, at + 1));
-}
-
-/* The next scanline reads a row farther: it is fetched while this one goes on. */
-PEL_INLINE void near_prefetch(const struct pel_job *job, const struct slice_row *r, int u, int rows)
-{
-    const ptrdiff_t size = PEL_KIND == PEL_KIND_U8 ? 1 : PEL_KIND == PEL_KIND_U16 ? 2 : 4;
-    __builtin_prefetch((const char *)job->data + row_offset(r, u, rows, 0) * size);
-    __builtin_prefetch((const char *)job->data + row_offset(r, u + W, rows, 0) * size);
-}
-
-/* The value in a slice of voxels: bilinear. The same bits as fetch_value gives. */
-PEL_INLINE vf near_value(const struct pel_job *job, const struct slice_row *r, int u)
-{
-    return vf_lerp(row_value(job, r, u, 0, 0), row_value(job, r, u, 1, 0), vf_set(r->weight));
-}
-
-/* As fetch_gradient there. */
-PEL_INLINE void near_gradient(const struct pel_job *job, const struct pel_shear *s, const struct slice_row *r, int u, vf g[3])
-{
-    vf weight = vf_set(r->weight), middle[2], slope[2], to[3];
-    for (int j = 0; j < 2; j++) {
-        row_voxels v[4];
-        for (int x = 0; x < 4; x++)
-            v[x] = row_load(job, row_offset(r, u, j, 0) + x - 1);
-        middle[j] = row_lerp(r, v[1], v[2]);
-        slope[j] = row_slope(r, v);
-    }
-    to[0] = vf_lerp(slope[0], slope[1], weight);
-    to[1] = vf_lerp(middle[1] - row_value(job, r, u, -1, 0), row_value(job, r, u, 2, 0) - middle[0], weight);
-    to[2] = vf_lerp(row_value(job, r, u, 0, 1) - row_value(job, r, u, 0, -1), row_value(job, r, u, 1, 1) - row_value(job, r, u, 1, -1), weight);
-    for (int a = 0; a < 3; a++)
-        g[s->axis[a]] = to[a] * (0.5f * job->gradient_scale);
-}
-
-/* Do W pixels from u on read voxels that are neighbours in memory, all of them inside the volume? */
-PEL_INLINE bool is_near(const struct pel_job *job, const struct slice_row *r, int u, unsigned bits)
-{
-    int x = u + r->whole;
-    return r->near && x + __builtin_ctz(bits) >= 1 && x + 31 - __builtin_clz(bits) <= job->dims[0] - 3;
-}
-
-#else
-
-PEL_INLINE vf near_value(const struct pel_job *job, const struct slice_row *r, int u)
-{
-    (void)job, (void)r, (void)u;
-    return vf_set(0);
-}
-
-PEL_INLINE void near_gradient(const struct pel_job *job, const struct pel_shear *s, const struct slice_row *r, int u, vf g[3])
-{
-    (void)job, (void)s, (void)r, (void)u, (void)g;
-}
-
-PEL_INLINE void near_prefetch(const struct pel_job *job, const struct slice_row *r, int u, int rows)
-{
-    (void)job, (void)r, (void)u, (void)rows;
-}
-
-PEL_INLINE bool is_near(const struct pel_job *job, const struct slice_row *r, int u, unsigned bits)
-{
-    (void)job, (void)r, (void)u, (void)bits;
-    return false;
-}
-
-#endif
 
 /* Opacity of the part `share` of a slice's slab, and the colour of that opacity. */
 PEL_INLINE vf slab_alpha(const struct pel_job *job, const struct pel_shear *s, const struct pel_scanline *line, int u, vi entry, vf share)
@@ -365,7 +197,7 @@ PEL_INLINE unsigned shear_chunk(const struct pel_job *job, const struct pel_shea
     if (!vi_any(live))
         return 0;
     share = vf_select(live, share, vf_set(1));
-    const bool near = is_near(job, r, u, bits);
+    const bool near = PEL_KIND != PEL_KIND_WIDE && is_near(job, s, r, u, bits);
     struct spot at = { 0 };
     struct rows rows = { 0 };
     struct nearest voxel;
@@ -373,7 +205,8 @@ PEL_INLINE unsigned shear_chunk(const struct pel_job *job, const struct pel_shea
     if (!near)
         at = shear_spot(job, s, r, u);
     if (near) {
-        near_prefetch(job, r, u, shaded ? 3 : 2);
+        if (!r->turned)
+            near_prefetch(r, u, shaded ? 3 : 2);
         raw = near_value(job, r, u);
     } else if (job->nearest) {
         voxel = nearest_voxel(job, &at);
@@ -535,8 +368,7 @@ PEL_INLINE void line_store(const struct pel_shear *s, int v, struct pel_scanline
     line->high = 0;
 }
 
-/* The scanline's place in slice m; false where nothing of its row of cells may be seen, and then *last becomes the last slice of which that is
- * known. */
+/* Where the scanline runs in slice m, and the runs of that row of cells. */
 PEL_INLINE const uint64_t *row_runs(const struct pel_job *job, const struct pel_shear *s, int v, int m, double *j)
 {
     const struct pel_slice *slice = &s->slices[m];
@@ -549,7 +381,7 @@ PEL_INLINE const uint64_t *row_runs(const struct pel_job *job, const struct pel_
     return s->runs + row * (size_t)s->run_words;
 }
 
-PEL_INLINE struct slice_row row_place(const struct pel_job *job, const struct pel_shear *s, int m, double j)
+PEL_INLINE struct slice_row row_place(const struct pel_job *job, const struct pel_shear *s, const struct pel_turn *turn, int m, double j)
 {
     const struct pel_slice *slice = &s->slices[m];
     const int a = s->axis[1], c = s->axis[2], row = (int)j;
@@ -558,33 +390,92 @@ PEL_INLINE struct slice_row row_place(const struct pel_job *job, const struct pe
     r.weight = (float)(j - r.j);
     r.whole = s->unit ? (int)floor(slice->i) : 0;
     r.i = (float)(slice->i - r.whole);
-    r.near = s->unit && s->axis[0] == 0 && slice->weight == 0 && slice->voxel >= 1 && slice->voxel <= job->dims[c] - 2 && r.j >= 1 &&
-             r.j <= job->dims[a] - 3 && job->dims[0] >= 32 && !job->voids && !job->nearest;
-    r.next_row = a == 1 ? job->row : job->slice;
-    r.next_slice = c == 1 ? job->row : job->slice;
-    r.offset = (ptrdiff_t)slice->voxel * r.next_slice + (ptrdiff_t)r.j * r.next_row + r.whole;
+    r.near = s->near && slice->weight == 0 && slice->voxel >= 1 && slice->voxel <= job->dims[c] - 2 && r.j >= 1 && r.j <= job->dims[a] - 3;
+    r.turned = c == 0;
+    r.rows = r.turned ? turn->rows : job->data;
+    r.next_row = r.turned ? turn->next_row : a == 1 ? job->row : job->slice;
+    r.next_slice = r.turned ? turn->next_slice : c == 1 ? job->row : job->slice;
+    int from_slice = r.turned ? turn->x0 : 0, from_row = r.turned ? turn->z0 : 0;
+    r.offset = (slice->voxel - from_slice) * r.next_slice + (r.j - from_row) * r.next_row + r.whole;
     return r;
 }
 
-PEL_INLINE void shear_line(const struct pel_job *job, const struct pel_shear *s, int v, struct pel_scanline *line, bool shaded,
-                           struct pel_counts *counts)
+/* Slices `first` to `last` of a scanline. */
+PEL_INLINE void line_slices(const struct pel_job *job, const struct pel_shear *s, const struct pel_turn *turn, int v, int first, int last,
+                            struct pel_scanline *line, bool shaded, struct pel_counts *counts)
 {
-    int first, last;
-    memset(line->open, 0xff, ((size_t)s->width / 32 + 3) * sizeof *line->open);
-    bool any = line_rays(job, s, v, line, &first, &last, counts);
     const int cells = job->cell_dims[s->axis[0]];
-    for (int m = first; any && m <= last; m++) {
+    for (int m = first; m <= last; m++) {
         double j;
         const uint64_t *runs = row_runs(job, s, v, m, &j);
         int begin = next_bit(runs, 0, cells, 0);
         if (begin < cells) {
-            struct slice_row r = row_place(job, s, m, j);
+            struct slice_row r = row_place(job, s, turn, m, j);
             shear_slice(job, s, &r, runs, begin, line, shaded, counts);
         } else if (row_runs(job, s, v, s->slices[m].layer_last, &j) == runs) {
             m = s->slices[m].layer_last; /* rows change steadily from slice to slice: all between are the same */
         }
     }
-    line_store(s, v, line);
+}
+
+/* Scanlines whose slices have x as principal axis, some slices at a time: first what they read is turned. */
+PEL_INLINE void turned_lines(const struct pel_job *job, const struct pel_shear *s, int v0, int v1, struct pel_gathering *g, bool shaded,
+                             struct pel_counts *counts)
+{
+    struct pel_turn *turn = &g->turn;
+    int first = s->slice_count, last = -1;
+    for (int v = v0; v < v1; v++) {
+        first = g->lines[v - v0].first < first ? g->lines[v - v0].first : first;
+        last = g->lines[v - v0].last > last ? g->lines[v - v0].last : last;
+    }
+    for (int m = first; m <= last; m += PEL_TURN_SLICES) {
+        const int end = m + PEL_TURN_SLICES - 1 < last ? m + PEL_TURN_SLICES - 1 : last;
+        const struct pel_slice *a = &s->slices[m], *b = &s->slices[end];
+        int x0 = a->voxel < b->voxel ? a->voxel : b->voxel, x1 = a->voxel < b->voxel ? b->voxel : a->voxel;
+        double z0 = fmin(a->j, b->j) + v0, z1 = fmax(a->j, b->j) + v1 - 1;
+        turn->x0 = (x0 > 0 ? x0 - 1 : 0) & ~3;
+        turn->x1 = x1 + 1 < job->dims[0] ? x1 + 1 : job->dims[0] - 1;
+        turn->z0 = z0 > 1 ? (int)z0 - 1 : 0;
+        turn->z1 = z1 + 2 < job->dims[2] ? (int)(z1 + 2) : job->dims[2] - 1;
+        turn_block(job, s, turn, shaded);
+        for (int v = v0; v < v1; v++) {
+            struct pel_scanline *line = &g->lines[v - v0];
+            line_slices(job, s, turn, v, line->first > m ? line->first : m, line->last < end ? line->last : end, line, shaded, counts);
+        }
+    }
+}
+
+PEL_INLINE void line_begin(const struct pel_job *job, const struct pel_shear *s, int v, struct pel_scanline *line, struct pel_counts *counts)
+{
+    memset(line->open, 0xff, ((size_t)s->width / 32 + 3) * sizeof *line->open);
+    line->first = 0;
+    line->last = -1;
+    line_rays(job, s, v, line, counts);
+}
+
+/* Scanlines v0 up to v1, at most PEL_SHEAR_BAND. */
+PEL_INLINE void shear_band(const struct pel_job *job, const struct pel_shear *s, int v0, int v1, struct pel_gathering *g, bool shaded,
+                           struct pel_counts *counts)
+{
+    const bool turned = s->near && s->axis[2] == 0;
+    for (int i = 0; i < (turned ? v1 - v0 : 1); i++) {
+        line_clear(&g->lines[i], 0, s->width);
+        g->lines[i].low = s->width;
+        g->lines[i].high = 0;
+    }
+    for (int v = v0; v < v1; v++) {
+        struct pel_scanline *line = &g->lines[turned ? v - v0 : 0];
+        line_begin(job, s, v, line, counts);
+        if (turned)
+            continue;
+        line_slices(job, s, &g->turn, v, line->first, line->last, line, shaded, counts);
+        line_store(s, v, line);
+    }
+    if (!turned)
+        return;
+    turned_lines(job, s, v0, v1, g, shaded, counts);
+    for (int v = v0; v < v1; v++)
+        line_store(s, v, &g->lines[v - v0]);
 }
 
 #endif

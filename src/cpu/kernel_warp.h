@@ -11,7 +11,7 @@ typedef float v4 __attribute__((vector_size(16)));
 typedef float v8 __attribute__((vector_size(32)));
 
 /* Narrows [*from, *to] to where value + x slope >= 0. */
-PEL_INLINE void narrow(double value, double slope, double *from, double *to)
+PEL_INLINE void keep_where(double value, double slope, double *from, double *to)
 {
     if (slope > 0)
         *from = -value / slope > *from ? -value / slope : *from;
@@ -26,10 +26,10 @@ PEL_INLINE void warp_stretch(const struct pel_job *job, const struct pel_warp *p
 {
     double from = 0, to = job->width - 1;
     const double by[3] = { p->u[1], p->v[1], p->w[1] };
-    narrow(at[2] - 1e-12, by[2], &from, &to);
+    keep_where(at[2] - 1e-12, by[2], &from, &to);
     for (int a = 0; a < 2; a++) { /* lo w < u < hi w */
-        narrow(at[a] - p->lo[a] * at[2], by[a] - p->lo[a] * by[2], &from, &to);
-        narrow(p->hi[a] * at[2] - at[a], p->hi[a] * by[2] - by[a], &from, &to);
+        keep_where(at[a] - p->lo[a] * at[2], by[a] - p->lo[a] * by[2], &from, &to);
+        keep_where(p->hi[a] * at[2] - at[a], p->hi[a] * by[2] - by[a], &from, &to);
     }
     *first = to >= from ? (int)(from + (1 - 1e-9)) : 0;
     *end = to >= from ? (int)to + 1 : 0;

@@ -30,7 +30,8 @@ struct pel_shear {
     int axis[3];       /* index axes: along scanlines, across them, principal */
     int width, height; /* of the intermediate image */
     bool perspective;
-    bool unit;         /* a pixel is a voxel: di = 1 at all slices */
+    bool unit;         /* a pixel is a voxel: di = dj = 1 at all slices */
+    bool near;         /* and neighbours are fetched whole (kernel_shear_fetch.h) */
     bool linear;       /* opacity is corrected by the paper's linear approximation */
     struct pel_shear_axis i, j;
     double first, step; /* k(m) */
@@ -52,14 +53,31 @@ struct pel_shear {
     int *row_from, *row_to; /* each row's pixels that hold something, in the bordered image */
 };
 
-/* What a thread gathers a scanline in: arrays of the image's width and W more. */
+/* What a scanline is gathered in: arrays of the image's width and 2 W more. */
 struct pel_scanline {
     float *color[3], *alpha, *depth;
     float *from, *to;   /* the slices between which the ray runs: from the first to the last m, not whole */
     float *length, *toward[3]; /* perspective: as in struct pel_shear, a ray */
     uint32_t *open;     /* a bit a pixel that is not opaque yet */
+    int first, last;    /* slices between which any of its rays runs */
     int low, high;      /* pixels from low up to high have gathered something; everything else is clear */
 };
 #define PEL_SCANLINE_ARRAYS 11
+
+#define PEL_SHEAR_BAND 16  /* scanlines that a thread draws one after another: what one fetched, the next finds in the cache */
+#define PEL_TURN_SLICES 16 /* slices that are turned at a time */
+
+/* Voxels turned for a band of scanlines: x0 to x1 and z0 to z1, as rows along y. */
+struct pel_turn {
+    void *rows;
+    ptrdiff_t next_row, next_slice; /* from z to z and from x to x, in voxels */
+    int x0, x1, z0, z1;
+};
+
+/* A thread's memory. */
+struct pel_gathering {
+    struct pel_scanline lines[PEL_SHEAR_BAND]; /* the first alone where nothing is turned */
+    struct pel_turn turn;
+};
 
 #endif

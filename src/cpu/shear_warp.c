@@ -16,7 +16,8 @@
 #include "voxels.h"
 
 #define COUNTS_APART 4
-#define BAND 16 /* scanlines that a thread draws one after another: what one fetched, the next finds in the cache */
+#define WIDEST 16 /* lanes of any instruction set */
+#define BAND PEL_SHEAR_BAND
 
 /* One principal axis' share of the picture; in most views there is one. */
 struct part {
@@ -47,8 +48,10 @@ struct pel_shear_warp {
     size_t image_room;
     int *rows;                      /* owned; first and end of each row's pixels that hold something */
     size_t row_room;
-    float *lines;                   /* owned; scanlines, one a thread */
+    float *lines;                   /* owned; scanlines, one or a band a thread */
     size_t line_room;
+    char *turned;                   /* owned; turned voxels of each thread's band */
+    size_t turned_room;
 };
 
 struct pel_shear_warp *pel_shear_warp_create(int threads, const char *isa, struct pel_error *error)
@@ -77,6 +80,7 @@ void pel_shear_warp_destroy(struct pel_shear_warp *sw)
     free(sw->image);
     free(sw->rows);
     free(sw->lines);
+    free(sw->turned);
     free(sw);
 }
 
@@ -169,7 +173,7 @@ struct drawing {
     const struct part *part;
     pel_shear_kernel kernel;
     pel_warp_kernel warp;       /* NULL: the part shows nothing */
-    struct pel_scanline *lines; /* one a thread */
+    struct pel_gathering *gatherings; /* one a thread */
     struct pel_counts *counts;
     const struct pel_progress *progress;
     bool first;                 /* of the picture's parts */
@@ -190,7 +194,7 @@ static void composite_band(void *context, size_t band, int thread)
     if (atomic_load_explicit(&d->cancelled, memory_order_relaxed))
         return;
     const int v0 = (int)band * BAND, height = d->part->shear.height;
-    d->kernel(&d->sw->job, &d->part->shear, v0, v0 + BAND < height ? v0 + BAND : height, &d->lines[thread], &d->counts[thread * COUNTS_APART]);
+    d->kernel(&d->sw->job, &d->part->shear, v0, v0 + BAND < height ? v0 + BAND : height, &d->gatherings[thread], &d->counts[thread * COUNTS_APART]);
     size_t done = atomic_fetch_add(&d->done, 1) + 1;
     if (thread == 0 && !pel_progress_report(d->progress, (double)done / (double)d->items, d->error))
         atomic_store(&d->cancelled, true);
@@ -228,18 +232,43 @@ static void line_init(struct pel_scanline *line, float *at, size_t padded)
 }
 
 /* Room for a part's slices, intermediate image and scanlines. */
-static bool prepare_part(struct pel_shear_warp *sw, struct part *part, struct pel_scanline *lines, struct pel_error *error)
+/* Room for what each thread's band turns: the slices of voxels around a group of slices, the rows around all scanlines in them. Words of
+ * several voxels reach beyond at both ends. */
+static bool prepare_turns(struct pel_shear_warp *sw, const struct pel_shear *s, struct pel_gathering *gatherings, struct pel_error *error)
+{
+    const struct pel_job *job = &sw->job;
+    const size_t row = ((size_t)job->dims[1] + 63) & ~(size_t)31, slices = PEL_TURN_SLICES + 16, before = 4;
+    const size_t rows = PEL_SHEAR_BAND + 1 + (size_t)(PEL_TURN_SLICES * fabs(s->j.at1)) + 8, each = row * slices * rows * sizeof(float);
+    if (!reserve((void **)&sw->turned, &sw->turned_room, each * (size_t)sw->threads, 1, "turned voxels", error))
+        return false;
+    for (int i = 0; i < sw->threads; i++)
+        gatherings[i].turn = (struct pel_turn){ .rows = sw->turned + (size_t)i * each + before * row * sizeof(float), .next_slice = (ptrdiff_t)row, .next_row = (ptrdiff_t)(row * slices) };
+    return true;
+}
+
+static bool prepare_lines(struct pel_shear_warp *sw, const struct pel_shear *s, struct pel_gathering *gatherings, struct pel_error *error)
+{
+    const size_t padded = ((size_t)s->width + 3 * WIDEST - 1) & ~(size_t)(WIDEST - 1), each = padded * (PEL_SCANLINE_ARRAYS + 1);
+    const bool turned = s->near && s->axis[2] == 0;
+    const size_t count = turned ? PEL_SHEAR_BAND : 1;
+    if (!reserve((void **)&sw->lines, &sw->line_room, each * count * (size_t)sw->threads, sizeof(float), "scanlines", error))
+        return false;
+    for (size_t i = 0; i < (size_t)sw->threads * count; i++)
+        line_init(&gatherings[i / count].lines[i % count], sw->lines + i * each, padded);
+    return !turned || prepare_turns(sw, s, gatherings, error);
+}
+
+static bool prepare_part(struct pel_shear_warp *sw, struct part *part, struct pel_gathering *gatherings, struct pel_error *error)
 {
     struct pel_shear *s = &part->shear;
-    const size_t widest = 16, padded = ((size_t)s->width + 2 * widest + 15) & ~(size_t)15, each = padded * (PEL_SCANLINE_ARRAYS + 1);
-    const size_t stride = (size_t)s->width + 2 + 2 * widest, pixels = stride * ((size_t)s->height + 2);
+    /* Kernels fetch vectors whole where there are voxels for them, and no voids to look out for. */
+    s->near = s->unit && !sw->job.voids && !sw->job.nearest && sw->voxels.kind != PEL_KERNEL_WIDE && sw->job.dims[s->axis[0]] >= 2 * WIDEST;
+    const size_t stride = (size_t)s->width + 2 + 2 * WIDEST, pixels = stride * ((size_t)s->height + 2);
     if (!reserve((void **)&sw->slices, &sw->slice_room, (size_t)s->slice_count, sizeof *sw->slices, "slices", error) ||
         !reserve((void **)&sw->image, &sw->image_room, pixels * (sw->job.depth ? 5 : 4), sizeof(float), "intermediate image", error) ||
         !reserve((void **)&sw->rows, &sw->row_room, 2 * ((size_t)s->height + 2), sizeof(int), "intermediate image", error) ||
-        !reserve((void **)&sw->lines, &sw->line_room, each * (size_t)sw->threads, sizeof(float), "scanlines", error))
+        !prepare_lines(sw, s, gatherings, error))
         return false;
-    for (int i = 0; i < sw->threads; i++)
-        line_init(&lines[i], sw->lines + (size_t)i * each, padded);
     pel_shear_slices(&sw->job, &sw->settings, s, sw->slices);
     s->slices = sw->slices;
     s->rgba = sw->image;
@@ -267,7 +296,7 @@ static bool draw_part(struct drawing *d, struct part *part, double stage_ms[2], 
     struct pel_shear_warp *sw = d->sw;
     double start = pel_now_ms();
     d->part = part;
-    if (part->shear.slice_count && !prepare_part(sw, part, d->lines, error))
+    if (part->shear.slice_count && !prepare_part(sw, part, d->gatherings, error))
         return false;
     if (part->shear.slice_count)
         pel_parallel_for(sw->threads, bands_of(part->shear.height), composite_band, d);
@@ -303,7 +332,7 @@ static void count(const struct pel_shear_warp *sw, const struct drawing *d, stru
     counters->cells = cells[0] * cells[1] * cells[2];
     counters->visible_cells = sw->state.visible_cells;
     counters->bytes = pel_voxels_bytes(&sw->voxels, &sw->job) + pel_classify_bytes(&sw->state) + sw->slice_room * sizeof *sw->slices +
-                      (sw->alpha_entries + sw->image_room + sw->line_room) * sizeof(float) + sw->row_room * sizeof(int);
+                      (sw->alpha_entries + sw->image_room + sw->line_room) * sizeof(float) + sw->row_room * sizeof(int) + sw->turned_room;
     for (int a = 0; a < 3; a++)
         counters->bytes += sw->runs[a].total * sizeof *sw->runs[a].bits;
 }
@@ -317,8 +346,8 @@ bool pel_shear_warp_draw(struct pel_shear_warp *sw, const struct pel_scene *scen
     const struct pel_kernels *k = sw->kernels[sw->voxels.kind];
     struct drawing d = { .sw = sw, .kernel = job->shade ? k->shear_shaded : k->shear, .progress = progress, .first = true, .error = error };
     d.counts = pel_alloc((size_t)sw->threads * COUNTS_APART, sizeof *d.counts, "counters", error);
-    d.lines = pel_alloc((size_t)sw->threads, sizeof *d.lines, "scanlines", error);
-    bool ok = d.counts && d.lines;
+    d.gatherings = pel_alloc((size_t)sw->threads, sizeof *d.gatherings, "scanlines", error);
+    bool ok = d.counts && d.gatherings;
     for (int i = 0; i < sw->part_count; i++)
         d.items += bands_of(sw->parts[i].shear.height);
     stage_ms[0] = stage_ms[1] = 0;
@@ -329,6 +358,6 @@ bool pel_shear_warp_draw(struct pel_shear_warp *sw, const struct pel_scene *scen
     if (ok)
         count(sw, &d, counters);
     free(d.counts);
-    free(d.lines);
+    free(d.gatherings);
     return ok && !atomic_load(&d.cancelled);
 }
