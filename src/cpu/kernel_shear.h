@@ -124,8 +124,19 @@ PEL_INLINE void line_rays(const struct pel_job *job, const struct pel_shear *s, 
 
 PEL_INLINE vi bits_to_lanes(unsigned bits)
 {
-    vi lane = vi_lane();
-    return -((vi_set((int32_t)bits) >> lane) & 1);
+#if PEL_AVX512
+    return (vi)_mm512_movm_epi32((__mmask16)bits);
+#else
+    return -((vi_set((int32_t)bits) >> vi_lane()) & 1);
+#endif
+}
+
+/* Bits of lanes from up to end. */
+PEL_INLINE unsigned lane_range(int from, int end)
+{
+    from = from > 0 ? from : 0;
+    end = end < W ? end : W;
+    return end > from ? ((1u << (end - from)) - 1) << from : 0;
 }
 
 /* The place between voxels of W pixels from u on. */
@@ -187,6 +198,26 @@ PEL_INLINE struct packet shear_view(const struct pel_shear *s, const struct pel_
     return r;
 }
 
+PEL_INLINE struct gathered line_load(const struct pel_scanline *line, int u)
+{
+    struct gathered g;
+    for (int c = 0; c < 3; c++)
+        g.color[c] = vf_load(line->color[c] + u);
+    g.alpha = vf_load(line->alpha + u);
+    g.depth = vf_load(line->depth + u);
+    return g;
+}
+
+PEL_INLINE void line_put(struct pel_scanline *line, int u, const struct gathered *g)
+{
+    for (int c = 0; c < 3; c++)
+        vf_store(line->color[c] + u, g->color[c]);
+    vf_store(line->alpha + u, g->alpha);
+    vf_store(line->depth + u, g->depth);
+    line->low = u < line->low ? u : line->low;
+    line->high = u + W > line->high ? u + W : line->high;
+}
+
 /* W pixels of a slice from u on, of which those in `bits` are open; returns the bits of those that became opaque. */
 PEL_INLINE unsigned shear_chunk(const struct pel_job *job, const struct pel_shear *s, const struct slice_row *r, struct pel_scanline *line, int u,
                                 unsigned bits, bool shaded)
@@ -197,18 +228,11 @@ PEL_INLINE unsigned shear_chunk(const struct pel_job *job, const struct pel_shea
     if (!vi_any(live))
         return 0;
     share = vf_select(live, share, vf_set(1));
-    const bool near = PEL_KIND != PEL_KIND_WIDE && is_near(job, s, r, u, bits);
-    struct spot at = { 0 };
+    struct spot at = shear_spot(job, s, r, u);
     struct rows rows = { 0 };
     struct nearest voxel;
     vf raw;
-    if (!near)
-        at = shear_spot(job, s, r, u);
-    if (near) {
-        if (!r->turned)
-            near_prefetch(r, u, shaded ? 3 : 2);
-        raw = near_value(job, r, u);
-    } else if (job->nearest) {
+    if (job->nearest) {
         voxel = nearest_voxel(job, &at);
         raw = fetch_nearest(job, voxel.x, voxel.y, voxel.z);
     } else {
@@ -224,9 +248,7 @@ PEL_INLINE unsigned shear_chunk(const struct pel_job *job, const struct pel_shea
     if (shaded) {
         vf g[3];
         struct packet view = shear_view(s, line, u);
-        if (near)
-            near_gradient(job, s, r, u, g);
-        else if (job->nearest)
+        if (job->nearest)
             opacity_gradient(job, voxel.x, voxel.y, voxel.z, g);
         else
             fetch_gradient(job, &at, &rows, g);
@@ -234,43 +256,48 @@ PEL_INLINE unsigned shear_chunk(const struct pel_job *job, const struct pel_shea
         for (int c = 0; c < 3; c++)
             color[c] = vf_select(alpha > 0, color[c], vf_set(0));
     }
-    vf sum = vf_load(line->alpha + u), rest = 1 - sum;
-    for (int c = 0; c < 3; c++)
-        vf_store(line->color[c] + u, vf_load(line->color[c] + u) + rest * color[c]);
-    vf now = sum + rest * alpha;
-    vf_store(line->alpha + u, now);
-    line->low = u < line->low ? u : line->low;
-    line->high = u + W > line->high ? u + W : line->high;
-    if (s->depth)
-        vf_store(line->depth + u, vf_select((sum < 0.5f) & (now >= 0.5f), m, vf_load(line->depth + u)));
-    return vi_bits(live & (now >= job->termination));
+    struct gathered sum = line_load(line, u);
+    put_behind(&sum, color, alpha, m);
+    line_put(line, u, &sum);
+    return vi_bits(live & (sum.alpha >= job->termination));
+}
+
+/* The first open pixel from u on, `end` where there is none before; and which of W pixels from there on, before `end`, are open. */
+PEL_INLINE int next_open(const struct pel_scanline *line, int u, int end, unsigned *bits)
+{
+    while (u < end) {
+        uint64_t pair;
+        memcpy(&pair, line->open + (u >> 5), sizeof pair);
+        pair >>= u & 31;
+        if ((uint32_t)pair) {
+            int skip = __builtin_ctz((uint32_t)pair);
+            memcpy(&pair, line->open + ((u + skip) >> 5), sizeof pair);
+            *bits = (unsigned)(pair >> ((u + skip) & 31)) & lane_range(0, end - u - skip);
+            return *bits ? u + skip : end;
+        }
+        u += 32;
+    }
+    return end;
+}
+
+PEL_INLINE void close_pixels(struct pel_scanline *line, int u, unsigned opaque)
+{
+    uint64_t pair;
+    memcpy(&pair, line->open + (u >> 5), sizeof pair);
+    pair &= ~((uint64_t)opaque << (u & 31));
+    memcpy(line->open + (u >> 5), &pair, sizeof pair);
 }
 
 /* The pixels from `u` to `end` of a slice: stretches of open ones. */
 PEL_INLINE void shear_run(const struct pel_job *job, const struct pel_shear *s, const struct slice_row *r, struct pel_scanline *line, int u,
                           int end, bool shaded, struct pel_counts *counts)
 {
-    while (u < end) {
-        uint32_t rest = line->open[u >> 5] >> (u & 31);
-        if (!rest) {
-            u = (u | 31) + 1;
-            continue;
-        }
-        u += __builtin_ctz(rest);
-        if (u >= end)
-            break;
-        uint64_t pair;
-        memcpy(&pair, line->open + (u >> 5), sizeof pair);
-        unsigned bits = (unsigned)(pair >> (u & 31)) & ((1u << W) - 1);
-        if (end - u < W)
-            bits &= (1u << (end - u)) - 1;
+    unsigned bits;
+    for (u = next_open(line, u, end, &bits); u < end; u = next_open(line, u + W, end, &bits)) {
         counts->taken += (unsigned)__builtin_popcount(bits);
-        uint64_t opaque = shear_chunk(job, s, r, line, u, bits, shaded);
-        if (opaque) {
-            pair &= ~(opaque << (u & 31));
-            memcpy(line->open + (u >> 5), &pair, sizeof pair);
-        }
-        u += W;
+        unsigned opaque = shear_chunk(job, s, r, line, u, bits, shaded);
+        if (opaque)
+            close_pixels(line, u, opaque);
     }
 }
 
@@ -318,6 +345,104 @@ PEL_INLINE void line_clear(struct pel_scanline *line, int low, int high)
         vf_store(line->depth + u, vf_set(-1));
     }
 }
+
+#if PEL_KIND != PEL_KIND_WIDE
+
+/* Slices of one layer and row of cells, which have the same runs. They are composited together: their values are fetched and looked up side by
+ * side, and what the pixels gathered is loaded and stored once. */
+#define GROUP PEL_CELL_SIZE
+
+struct group {
+    struct slice_row rows[GROUP];
+    int from[GROUP], end[GROUP]; /* pixels of a run */
+    int count;
+};
+
+/* W pixels from u on, of which those in `bits` are open, in the group's slices; returns the bits of those that became opaque. */
+PEL_INLINE unsigned near_chunk(const struct pel_job *job, const struct pel_shear *s, const struct group *g, struct pel_scanline *line, int u,
+                               unsigned bits, bool shaded, struct pel_counts *counts)
+{
+    vi entry[GROUP];
+    vf alpha[GROUP], share[GROUP], from = vf_load(line->from + u), to = vf_load(line->to + u);
+    vi live = bits_to_lanes(bits), seen = vi_set(0);
+    const float front = (float)g->rows[0].m - 0.5f, back = (float)g->rows[g->count - 1].m + 0.5f;
+    const bool whole = !vi_any(live & ((from > front) | (to < back)));
+    for (int i = 0; i < g->count; i++) {
+        const struct slice_row *r = &g->rows[i];
+        unsigned some = bits & lane_range(g->from[i] - u, g->end[i] - u);
+        counts->taken += (unsigned)__builtin_popcount(some);
+        if (!r->turned)
+            near_prefetch(r, u, shaded ? 3 : 2);
+        entry[i] = table_entry(job, near_value(job, r, u));
+        vi lanes = bits_to_lanes(some);
+        share[i] = vf_set(1);
+        if (!whole) {
+            vf m = vf_set((float)r->m), part = vf_min(to, m + 0.5f) - vf_max(from, m - 0.5f);
+            lanes &= part > 0;
+            share[i] = vf_select(lanes, part, share[i]);
+        }
+        alpha[i] = vf_select(lanes, slab_alpha(job, s, line, u, entry[i], share[i]), vf_set(0));
+        seen |= alpha[i] > 0;
+    }
+    if (!vi_any(seen))
+        return 0;
+    struct gathered sum = line_load(line, u);
+    for (int i = 0; i < g->count; i++) {
+        vf a = vf_select(sum.alpha < job->termination, alpha[i], vf_set(0)), color[3];
+        if (!vi_any(a > 0))
+            continue;
+        slab_color(job, entry[i], a, color);
+        if (shaded) {
+            vf gradient[3];
+            struct packet view = shear_view(s, line, u);
+            near_gradient(job, s, &g->rows[i], u, gradient);
+            shade(job, &view, gradient, a, color);
+            for (int c = 0; c < 3; c++)
+                color[c] = vf_select(a > 0, color[c], vf_set(0));
+        }
+        put_behind(&sum, color, a, vf_set((float)g->rows[i].m));
+    }
+    line_put(line, u, &sum);
+    return vi_bits(live & (sum.alpha >= job->termination));
+}
+
+/* The runs of a group of slices. Within W voxels of the box's faces, each slice goes the general way. */
+PEL_INLINE void near_slices(const struct pel_job *job, const struct pel_shear *s, struct group *g, const uint64_t *runs, int from,
+                            struct pel_scanline *line, bool shaded, struct pel_counts *counts)
+{
+    const int cells = job->cell_dims[s->axis[0]], voxels = job->dims[s->axis[0]];
+    int inner = 0, outer = s->width; /* pixels from inner up to outer have neighbours all around, in each slice */
+    for (int i = 0; i < g->count; i++) {
+        inner = 1 - g->rows[i].whole > inner ? 1 - g->rows[i].whole : inner;
+        outer = voxels - 2 - g->rows[i].whole < outer ? voxels - 2 - g->rows[i].whole : outer;
+    }
+    while (from < cells) {
+        int to = next_bit(runs, from, cells, ~(uint64_t)0), first = s->width, end = 0;
+        for (int i = 0; i < g->count; i++) {
+            int lo = from * PEL_CELL_SIZE - (from == 0) - 1 - g->rows[i].whole, hi = to * PEL_CELL_SIZE + (to == cells) + 1 - g->rows[i].whole;
+            g->from[i] = lo > 0 ? lo < s->width ? lo : s->width : 0;
+            g->end[i] = hi > 0 ? hi < s->width ? hi : s->width : 0;
+            first = g->from[i] < first ? g->from[i] : first;
+            end = g->end[i] > end ? g->end[i] : end;
+        }
+        for (int i = 0; i < g->count && (first < inner || end > outer); i++) {
+            int left = g->end[i] < inner ? g->end[i] : inner, right = g->from[i] > outer ? g->from[i] : outer;
+            shear_run(job, s, &g->rows[i], line, g->from[i], left, shaded, counts);
+            shear_run(job, s, &g->rows[i], line, right > left ? right : left, g->end[i], shaded, counts);
+        }
+        first = first > inner ? first : inner;
+        end = end < outer ? end : outer;
+        unsigned bits;
+        for (int u = next_open(line, first, end, &bits); u < end; u = next_open(line, u + W, end, &bits)) {
+            unsigned opaque = near_chunk(job, s, g, line, u, bits, shaded, counts);
+            if (opaque)
+                close_pixels(line, u, opaque);
+        }
+        from = next_bit(runs, to, cells, 0);
+    }
+}
+
+#endif
 
 /* Lanes 0, W, 1, W + 1, ... or, from the upper halves, HALF, W + HALF, ... of two vectors. */
 PEL_INLINE vf zip(vf a, vf b, int upper)
@@ -396,8 +521,36 @@ PEL_INLINE struct slice_row row_place(const struct pel_job *job, const struct pe
     r.next_row = r.turned ? turn->next_row : a == 1 ? job->row : job->slice;
     r.next_slice = r.turned ? turn->next_slice : c == 1 ? job->row : job->slice;
     int from_slice = r.turned ? turn->x0 : 0, from_row = r.turned ? turn->z0 : 0;
+    int32_t weight = (int32_t)(r.i * 16384.0f + 0.5f);
+    r.pair = (weight << 16) | (16384 - weight);
     r.offset = (slice->voxel - from_slice) * r.next_slice + (r.j - from_row) * r.next_row + r.whole;
     return r;
+}
+
+/* Slice m, where its row's runs begin at cell `begin`, and those behind it that can go with it. Returns the last of them. */
+PEL_INLINE int near_group(const struct pel_job *job, const struct pel_shear *s, const struct pel_turn *turn, int v, int m, int last, double j,
+                          const uint64_t *runs, int begin, struct pel_scanline *line, bool shaded, struct pel_counts *counts)
+{
+    struct slice_row r = row_place(job, s, turn, m, j);
+#if PEL_KIND != PEL_KIND_WIDE
+    if (r.near) {
+        struct group g;
+        g.rows[0] = r;
+        g.count = 1;
+        while (g.count < GROUP && m < last && row_runs(job, s, v, m + 1, &j) == runs) {
+            g.rows[g.count] = row_place(job, s, turn, m + 1, j);
+            if (!g.rows[g.count].near)
+                break;
+            g.count++;
+            m++;
+        }
+        near_slices(job, s, &g, runs, begin, line, shaded, counts);
+        return m;
+    }
+#endif
+    (void)v, (void)last;
+    shear_slice(job, s, &r, runs, begin, line, shaded, counts);
+    return m;
 }
 
 /* Slices `first` to `last` of a scanline. */
@@ -410,8 +563,7 @@ PEL_INLINE void line_slices(const struct pel_job *job, const struct pel_shear *s
         const uint64_t *runs = row_runs(job, s, v, m, &j);
         int begin = next_bit(runs, 0, cells, 0);
         if (begin < cells) {
-            struct slice_row r = row_place(job, s, turn, m, j);
-            shear_slice(job, s, &r, runs, begin, line, shaded, counts);
+            m = near_group(job, s, turn, v, m, last, j, runs, begin, line, shaded, counts);
         } else if (row_runs(job, s, v, s->slices[m].layer_last, &j) == runs) {
             m = s->slices[m].layer_last; /* rows change steadily from slice to slice: all between are the same */
         }

@@ -34,14 +34,10 @@ struct slice_row {
     bool turned;  /* then: the rows were turned */
     const void *rows; /* then: where they are */
     ptrdiff_t offset, next_row, next_slice; /* then: voxel of pixel 0, and from row to row and slice to slice */
+    int32_t pair; /* then: the weights of two neighbours (x_weights of fetch.h) */
 };
 
-/* Do W pixels from u on read voxels that are neighbours in memory, all of them inside the volume? */
-PEL_INLINE bool is_near(const struct pel_job *job, const struct pel_shear *s, const struct slice_row *r, int u, unsigned bits)
-{
-    int x = u + r->whole;
-    return r->near && x + __builtin_ctz(bits) >= 1 && x + 31 - __builtin_clz(bits) <= job->dims[s->axis[0]] - 3;
-}
+#if PEL_KIND != PEL_KIND_WIDE
 
 #if PEL_KIND == PEL_KIND_U8
 typedef uint8_t narrow_type;
@@ -82,9 +78,7 @@ PEL_INLINE vi row_pair(vi left, vi right)
 
 PEL_INLINE vi row_weights(const struct slice_row *r)
 {
-    int32_t w = (int32_t)(r->i * 16384.0f + 0.5f);
-    w = w < 16384 ? w : 16384;
-    return vi_set((w << 16) | (16384 - w));
+    return vi_set(r->pair);
 }
 
 /* As middle_lerp and slope_lerp of fetch.h. */
@@ -133,9 +127,7 @@ PEL_INLINE vf row_slope(const struct slice_row *r, const vf v[4])
 /* The next scanline reads a row farther: it is fetched while this one goes on. */
 PEL_INLINE void near_prefetch(const struct slice_row *r, int u, int rows)
 {
-    const narrow_type *at = (const narrow_type *)r->rows + r->offset + u + rows * r->next_row;
-    __builtin_prefetch(at);
-    __builtin_prefetch(at + W);
+    __builtin_prefetch((const narrow_type *)r->rows + r->offset + u + rows * r->next_row);
 }
 
 PEL_INLINE vf row_value(const struct pel_job *job, const struct slice_row *r, int u, int j, int k)
@@ -266,5 +258,14 @@ PEL_INLINE void turn_block(const struct pel_job *job, const struct pel_shear *s,
             }
         }
 }
+
+#else
+
+PEL_INLINE void turn_block(const struct pel_job *job, const struct pel_shear *s, const struct pel_turn *turn, bool shaded)
+{
+    (void)job, (void)s, (void)turn, (void)shaded; /* never asked for */
+}
+
+#endif
 
 #endif
