@@ -48,7 +48,9 @@ TILE(tile_slice, slice(job, &r, counts), false)
     static void NAME(const struct pel_job *job, const struct pel_shear *shear, int v0, int v1, struct pel_gathering *gathering,           \
                      struct pel_counts *counts)                                                                                           \
     {                                                                                                                                     \
+        unsigned before = flush_tiny();                                                                                                   \
         shear_band(job, shear, v0, v1, gathering, SHADED, counts);                                                                        \
+        flush_restore(before);                                                                        \
     }
 
 SHEAR_BAND(band_composite, false)

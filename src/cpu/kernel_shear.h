@@ -386,21 +386,26 @@ PEL_INLINE unsigned near_chunk(const struct pel_job *job, const struct pel_shear
     }
     if (!vi_any(seen))
         return 0;
+    vf color[GROUP][3];
+    for (int i = 0; shaded && i < g->count; i++) { /* light in all slices first: they do not wait for each other */
+        if (!vi_any(alpha[i] > 0))
+            continue;
+        vf gradient[3];
+        struct packet view = shear_view(s, line, u);
+        slab_color(job, entry[i], alpha[i], color[i]);
+        near_gradient(job, s, &g->rows[i], u, gradient);
+        shade(job, &view, gradient, alpha[i], color[i]);
+    }
     struct gathered sum = line_load(line, u);
     for (int i = 0; i < g->count; i++) {
-        vf a = vf_select(sum.alpha < job->termination, alpha[i], vf_set(0)), color[3];
-        if (!vi_any(a > 0))
+        vi shown = (sum.alpha < job->termination) & (alpha[i] > 0);
+        if (!vi_any(shown))
             continue;
-        slab_color(job, entry[i], a, color);
-        if (shaded) {
-            vf gradient[3];
-            struct packet view = shear_view(s, line, u);
-            near_gradient(job, s, &g->rows[i], u, gradient);
-            shade(job, &view, gradient, a, color);
-            for (int c = 0; c < 3; c++)
-                color[c] = vf_select(a > 0, color[c], vf_set(0));
-        }
-        put_behind(&sum, color, a, vf_set((float)g->rows[i].m));
+        if (!shaded)
+            slab_color(job, entry[i], alpha[i], color[i]);
+        for (int c = 0; c < 3; c++)
+            color[i][c] = vf_select(shown, color[i][c], vf_set(0));
+        put_behind(&sum, color[i], vf_select(shown, alpha[i], vf_set(0)), vf_set((float)g->rows[i].m));
     }
     line_put(line, u, &sum);
     return vi_bits(live & (sum.alpha >= job->termination));

@@ -73,7 +73,7 @@ PEL_INLINE vf row_float(vi voxels)
 
 PEL_INLINE vi row_pair(vi left, vi right)
 {
-    return (left & 0xffff) | (right << 16);
+    return (PEL_KIND == PEL_KIND_U8 ? left : left & 0xffff) | (right << 16);
 }
 
 PEL_INLINE vi row_weights(const struct slice_row *r)
@@ -197,7 +197,7 @@ PEL_INLINE void near_gradient(const struct pel_job *job, const struct pel_shear 
 
 /* ---- turning: the principal axis is x, scanlines run along y, from z to z ---- */
 
-/* Cells along y, from `word` * 64 on, whose samples may read voxel row z of the four voxels from x on. */
+/* Cells along y, from `word` * 64 on, around which samples may read voxel row z of the voxels x0 to x1. */
 PEL_INLINE uint64_t turn_wanted(const struct pel_job *job, const struct pel_shear *s, int x0, int x1, int z, int word, bool shaded)
 {
     const int reach = shaded ? 1 : 0, layers = job->cell_dims[0], rows = job->cell_dims[2];
@@ -206,8 +206,12 @@ PEL_INLINE uint64_t turn_wanted(const struct pel_job *job, const struct pel_shea
     c0 = c0 > 0 ? c0 : 0, c1 = c1 < layers ? c1 : layers - 1, r0 = r0 > 0 ? r0 : 0, r1 = r1 < rows ? r1 : rows - 1;
     uint64_t bits = 0;
     for (int c = c0; c <= c1; c++)
-        for (int r = r0; r <= r1; r++)
-            bits |= s->runs[((size_t)c * (size_t)rows + (size_t)r) * (size_t)s->run_words + (size_t)word];
+        for (int r = r0; r <= r1; r++) {
+            const uint64_t *run = s->runs + ((size_t)c * (size_t)rows + (size_t)r) * (size_t)s->run_words + word;
+            bits |= run[0] | run[0] << 1 | run[0] >> 1; /* samples read voxels beside their cell */
+            bits |= word > 0 ? run[-1] >> 63 : 0;
+            bits |= word + 1 < s->run_words ? run[1] << 63 : 0;
+        }
     return bits;
 }
 
@@ -236,25 +240,31 @@ PEL_INLINE void turn_voxels(const struct pel_job *job, int x, int y, int z, narr
 
 #define TURN_STEP (PEL_KIND == PEL_KIND_U8 ? 4 : PEL_KIND == PEL_KIND_U16 ? 2 : 1)
 
-/* Turns what slices of voxels x0 to x1 and rows z0 to z1 may be asked for, into turn->rows. */
+#define TURN_WORDS ((PEL_TURN_SLICES + 8) / TURN_STEP + 1)
+
+/* Turns what slices of voxels x0 to x1 and rows z0 to z1 may be asked for, into turn->rows: W rows of y at a time along x, so that a line that
+ * was fetched is used up. */
 PEL_INLINE void turn_block(const struct pel_job *job, const struct pel_shear *s, const struct pel_turn *turn, bool shaded)
 {
-    narrow_type *rows = turn->rows;
+    const int words = (turn->x1 - turn->x0) / TURN_STEP + 1;
     for (int z = turn->z0; z <= turn->z1; z++)
-        for (int at = turn->x0; at <= turn->x1; at += TURN_STEP) {
-            const int x = at < job->row - TURN_STEP ? at : job->row - TURN_STEP; /* a row's last word begins before its end */
-            narrow_type *to = rows + (z - turn->z0) * turn->next_row + (x - turn->x0) * turn->next_slice;
-            for (int word = 0; word < s->run_words; word++) {
-                uint64_t bits = turn_wanted(job, s, x, x + TURN_STEP - 1, z, word, shaded);
-                while (bits) {
-                    int first = __builtin_ctzll(bits), length = ~(bits >> first) ? __builtin_ctzll(~(bits >> first)) : 64;
-                    int y = (word * 64 + first) * PEL_CELL_SIZE - 1, end = (word * 64 + first + length) * PEL_CELL_SIZE + 3;
-                    y = y > 0 ? y : 0;
-                    end = end < job->dims[1] ? end : job->dims[1];
-                    for (; y < end; y += W)
-                        turn_voxels(job, x, y, z, to + y, turn->next_slice);
-                    bits &= first + length < 64 ? ~(uint64_t)0 << (first + length) : 0;
-                }
+        for (int word = 0; word < s->run_words; word++) {
+            uint64_t wanted[TURN_WORDS], any = 0;
+            int x[TURN_WORDS];
+            for (int i = 0; i < words; i++) {
+                x[i] = turn->x0 + i * TURN_STEP;
+                x[i] = x[i] < job->row - TURN_STEP ? x[i] : job->row - TURN_STEP; /* a row's last word begins before its end */
+                wanted[i] = turn_wanted(job, s, x[i], x[i] + TURN_STEP - 1, z, word, shaded);
+                any |= wanted[i];
+            }
+            narrow_type *to = (narrow_type *)turn->rows + (z - turn->z0) * turn->next_row;
+            while (any) {
+                const int first = __builtin_ctzll(any) & ~(W / PEL_CELL_SIZE - 1), y = (word * 64 + first) * PEL_CELL_SIZE;
+                const uint64_t mask = (((uint64_t)1 << (W / PEL_CELL_SIZE)) - 1) << first;
+                for (int i = 0; i < words && y < job->dims[1]; i++)
+                    if (wanted[i] & mask)
+                        turn_voxels(job, x[i], y, z, to + (x[i] - turn->x0) * turn->next_slice + y, turn->next_slice);
+                any &= ~mask;
             }
         }
 }
