@@ -261,6 +261,8 @@ PEL_INLINE void turn_block(const struct pel_job *job, const struct pel_shear *s,
             while (any) {
                 const int first = __builtin_ctzll(any) & ~(W / PEL_CELL_SIZE - 1), y = (word * 64 + first) * PEL_CELL_SIZE;
                 const uint64_t mask = (((uint64_t)1 << (W / PEL_CELL_SIZE)) - 1) << first;
+                for (int l = 0; l < W && y + l < job->dims[1] && z < turn->z1; l++) /* what is next, a row of z on */
+                    __builtin_prefetch((const narrow_type *)job->data + turn->x0 + (ptrdiff_t)(y + l) * job->row + (ptrdiff_t)(z + 1) * job->slice);
                 for (int i = 0; i < words && y < job->dims[1]; i++)
                     if (wanted[i] & mask)
                         turn_voxels(job, x[i], y, z, to + (x[i] - turn->x0) * turn->next_slice + y, turn->next_slice);
