@@ -8,136 +8,8 @@
 #define PEL_CPU_KERNEL_SHEAR_H
 
 #include "kernel_composite.h"
-#include "kernel_shear_fetch.h"
-
-/* A half space to which rays are cut, along a scanline: at slice m pixel u is inside where c0 + u c1 + m (d0 + u d1) >= 0. */
-struct cut {
-    double c0, c1, d0, d1;
-};
-
-/* Faces of the box and clip planes as cuts of scanline v, in voxels or steps. */
-PEL_INLINE int line_cuts(const struct pel_job *job, const struct pel_shear *s, int v, struct cut cuts[PEL_MAX_CLIP_PLANES + 12])
-{
-    const double at[3] = { s->i.at0, s->j.at0 + v * s->j.by0, s->first }, by[3] = { s->i.at1, s->j.at1 + v * s->j.by1, s->step };
-    int count = 0;
-    for (int a = 0; a < 3; a++)
-        for (int side = -1; side <= 1; side += 2) {
-            double face = side < 0 ? job->box_lo[s->axis[a]] : job->box_hi[s->axis[a]];
-            cuts[count++] = (struct cut){ -side * (at[a] - face), a ? 0 : -side * s->i.by0, -side * by[a], a ? 0 : -side * s->i.by1 };
-        }
-    for (int i = 0; i < job->plane_count; i++) {
-        struct cut c = { job->planes[i][3] / job->step, 0, 0, 0 };
-        for (int a = 0; a < 3; a++) {
-            double q = job->planes[i][s->axis[a]] / job->step;
-            c.c0 += q * at[a], c.d0 += q * by[a];
-            c.c1 += a ? 0 : q * s->i.by0, c.d1 += a ? 0 : q * s->i.by1;
-        }
-        cuts[count++] = c;
-    }
-    return count;
-}
-
-/* What is cut off a ray: a cut's share, as [from, to]. What runs alongside a face is in or out as a whole. */
-struct stretch {
-    vf from, to;
-};
-
-PEL_INLINE struct stretch cut_rays(const struct cut *c, vf pixel)
-{
-    vf value = (float)c->c0 + pixel * (float)c->c1, slope = (float)c->d0 + pixel * (float)c->d1, none = vf_set(-1e9f), all = vf_set(1e9f);
-    vi along = vf_abs(slope) < 1e-7f;
-    vf at = -value / vf_select(along, vf_set(1), slope);
-    return (struct stretch){ vf_select(~along & (slope > 0), at, none),
-                             vf_select(along, vf_select(value >= -1e-4f, all, none), vf_select(slope > 0, all, at)) };
-}
-
-/* Keeps of the cuts those that differ from pixel to pixel, and puts what the others leave into *all. */
-PEL_INLINE int cut_whole_line(struct cut *cuts, int count, struct stretch *all)
-{
-    int kept = 0;
-    for (int i = 0; i < count; i++) {
-        if (cuts[i].c1 != 0 || cuts[i].d1 != 0) {
-            cuts[kept++] = cuts[i];
-            continue;
-        }
-        struct stretch s = cut_rays(&cuts[i], vf_set(0));
-        all->from = vf_max(all->from, s.from);
-        all->to = vf_min(all->to, s.to);
-    }
-    return kept;
-}
-
-/* Perspective: each ray's direction, and its length from slice to slice. */
-PEL_INLINE void line_directions(const struct pel_shear *s, int v, struct pel_scanline *line)
-{
-    const float *g = s->gram;
-    for (int u = 0; u < s->width; u += W) {
-        vf d0 = (float)s->i.at1 + vi_to_vf(vi_lane() + u) * (float)s->i.by1;
-        vf d1 = vf_set((float)(s->j.at1 + v * s->j.by1)), d2 = vf_set((float)s->step);
-        vf length2 = g[0] * d0 * d0 + g[1] * d1 * d1 + g[2] * d2 * d2 + g[3] * d0 * d1 + g[4] * d0 * d2 + g[5] * d1 * d2;
-        vf scale = vf_rsqrt(length2);
-        vf_store(line->length + u, length2 * scale);
-        vf_store(line->toward[s->axis[0]] + u, d0 * scale);
-        vf_store(line->toward[s->axis[1]] + u, d1 * scale);
-        vf_store(line->toward[s->axis[2]] + u, d2 * scale);
-    }
-}
-
-/* The stretch of each ray inside the box, the clip planes and before the eye, in slices, and the slices between which any of them
- * runs. */
-PEL_INLINE void line_rays(const struct pel_job *job, const struct pel_shear *s, int v, struct pel_scanline *line, struct pel_counts *counts)
-{
-    struct cut cuts[PEL_MAX_CLIP_PLANES + 12];
-    struct stretch all = { vf_set((float)s->slice_from), vf_set(1e9f) };
-    int count = cut_whole_line(cuts, line_cuts(job, s, v, cuts), &all);
-    vf least = vf_set(1e9f), most = vf_set(-1e9f), inside = vf_set(0);
-    for (int u = 0; u < s->width; u += W) {
-        vf pixel = vi_to_vf(vi_lane() + u);
-        struct stretch r = all;
-        for (int i = 0; i < count; i++) {
-            struct stretch cut = cut_rays(&cuts[i], pixel);
-            r.from = vf_max(r.from, cut.from);
-            r.to = vf_min(r.to, cut.to);
-        }
-        vi runs = (r.to > r.from) & (vi_lane() + u < s->width);
-        r.from = vf_select(runs, r.from, vf_set(1e9f));
-        r.to = vf_select(runs, r.to, vf_set(-1e9f));
-        vf_store(line->from + u, r.from);
-        vf_store(line->to + u, r.to);
-        least = vf_min(least, r.from);
-        most = vf_max(most, r.to);
-        inside += vf_select(runs, r.to - r.from, vf_set(0));
-    }
-    float from = 1e9f, to = -1e9f;
-    for (int l = 0; l < W; l++) {
-        from = least[l] < from ? least[l] : from;
-        to = most[l] > to ? most[l] : to;
-        counts->in_box += (uint64_t)inside[l];
-    }
-    if (!(to > from))
-        return;
-    if (s->perspective)
-        line_directions(s, v, line);
-    line->first = from > 0.5f ? (int)ceilf(from - 0.5f) : 0;
-    line->last = to + 0.5f < (float)(s->slice_count - 1) ? (int)floorf(to + 0.5f) : s->slice_count - 1;
-}
-
-PEL_INLINE vi bits_to_lanes(unsigned bits)
-{
-#if PEL_AVX512
-    return (vi)_mm512_movm_epi32((__mmask16)bits);
-#else
-    return -((vi_set((int32_t)bits) >> vi_lane()) & 1);
-#endif
-}
-
-/* Bits of lanes from up to end. */
-PEL_INLINE unsigned lane_range(int from, int end)
-{
-    from = from > 0 ? from : 0;
-    end = end < W ? end : W;
-    return end > from ? ((1u << (end - from)) - 1) << from : 0;
-}
+#include "kernel_shear_line.h"
+#include "kernel_shear_rays.h"
 
 /* The place between voxels of W pixels from u on. */
 PEL_INLINE struct spot shear_spot(const struct pel_job *job, const struct pel_shear *s, const struct slice_row *r, int u)
@@ -154,7 +26,7 @@ PEL_INLINE struct spot shear_spot(const struct pel_job *job, const struct pel_sh
         whole = vf_to_vi(at);
         part = at - vi_to_vf(whole);
     }
-    vi low = whole < 0, high = whole > job->last_cell[a]; /* cut off at the box's faces */
+    vi low = whole<0, high = whole> job->last_cell[a]; /* cut off at the box's faces */
     part = vf_select(low, vf_set(0), vf_select(high, vf_select(whole == job->dims[a] - 1, part, vf_set(0)) + 1, part));
     part = vf_min(part, vf_set(1));
     whole = vi_min(vi_max(whole, vi_set(0)), vi_set(job->last_cell[a]));
@@ -163,7 +35,7 @@ PEL_INLINE struct spot shear_spot(const struct pel_job *job, const struct pel_sh
     place[a] = whole, rest[a] = part;
     place[s->axis[1]] = vi_set(r->j), rest[s->axis[1]] = vf_set(r->weight);
     place[s->axis[2]] = vi_set(slice->voxel), rest[s->axis[2]] = vf_set(slice->weight);
-    return (struct spot){ place[0], place[1], place[2], rest[0], rest[1], rest[2] };
+    return (struct spot) { place[0], place[1], place[2], rest[0], rest[1], rest[2] };
 }
 
 /* Opacity of the part `share` of a slice's slab, and the colour of that opacity. */
@@ -198,29 +70,9 @@ PEL_INLINE struct packet shear_view(const struct pel_shear *s, const struct pel_
     return r;
 }
 
-PEL_INLINE struct gathered line_load(const struct pel_scanline *line, int u)
-{
-    struct gathered g;
-    for (int c = 0; c < 3; c++)
-        g.color[c] = vf_load(line->color[c] + u);
-    g.alpha = vf_load(line->alpha + u);
-    g.depth = vf_load(line->depth + u);
-    return g;
-}
-
-PEL_INLINE void line_put(struct pel_scanline *line, int u, const struct gathered *g)
-{
-    for (int c = 0; c < 3; c++)
-        vf_store(line->color[c] + u, g->color[c]);
-    vf_store(line->alpha + u, g->alpha);
-    vf_store(line->depth + u, g->depth);
-    line->low = u < line->low ? u : line->low;
-    line->high = u + W > line->high ? u + W : line->high;
-}
-
 /* W pixels of a slice from u on, of which those in `bits` are open; returns the bits of those that became opaque. */
-PEL_INLINE unsigned shear_chunk(const struct pel_job *job, const struct pel_shear *s, const struct slice_row *r, struct pel_scanline *line, int u,
-                                unsigned bits, bool shaded)
+PEL_INLINE unsigned shear_chunk(const struct pel_job *job, const struct pel_shear *s, const struct slice_row *r, struct pel_scanline *line,
+                                int u, unsigned bits, bool shaded)
 {
     vf m = vf_set((float)r->m);
     vf share = vf_min(vf_load(line->to + u), m + 0.5f) - vf_max(vf_load(line->from + u), m - 0.5f);
@@ -262,32 +114,6 @@ PEL_INLINE unsigned shear_chunk(const struct pel_job *job, const struct pel_shea
     return vi_bits(live & (sum.alpha >= job->termination));
 }
 
-/* The first open pixel from u on, `end` where there is none before; and which of W pixels from there on, before `end`, are open. */
-PEL_INLINE int next_open(const struct pel_scanline *line, int u, int end, unsigned *bits)
-{
-    while (u < end) {
-        uint64_t pair;
-        memcpy(&pair, line->open + (u >> 5), sizeof pair);
-        pair >>= u & 31;
-        if ((uint32_t)pair) {
-            int skip = __builtin_ctz((uint32_t)pair);
-            memcpy(&pair, line->open + ((u + skip) >> 5), sizeof pair);
-            *bits = (unsigned)(pair >> ((u + skip) & 31)) & lane_range(0, end - u - skip);
-            return *bits ? u + skip : end;
-        }
-        u += 32;
-    }
-    return end;
-}
-
-PEL_INLINE void close_pixels(struct pel_scanline *line, int u, unsigned opaque)
-{
-    uint64_t pair;
-    memcpy(&pair, line->open + (u >> 5), sizeof pair);
-    pair &= ~((uint64_t)opaque << (u & 31));
-    memcpy(line->open + (u >> 5), &pair, sizeof pair);
-}
-
 /* The pixels from `u` to `end` of a slice: stretches of open ones. */
 PEL_INLINE void shear_run(const struct pel_job *job, const struct pel_shear *s, const struct slice_row *r, struct pel_scanline *line, int u,
                           int end, bool shaded, struct pel_counts *counts)
@@ -299,20 +125,6 @@ PEL_INLINE void shear_run(const struct pel_job *job, const struct pel_shear *s, 
         if (opaque)
             close_pixels(line, u, opaque);
     }
-}
-
-/* The first bit from `at` on that is set (or, with all bits of `flip` set, that is not); `end` where there is none before. */
-PEL_INLINE int next_bit(const uint64_t *words, int at, int end, uint64_t flip)
-{
-    while (at < end) {
-        uint64_t rest = (words[at >> 6] ^ flip) >> (at & 63);
-        if (rest) {
-            at += __builtin_ctzll(rest);
-            return at < end ? at : end;
-        }
-        at = (at | 63) + 1;
-    }
-    return end;
 }
 
 PEL_INLINE int clamped(double at, int most)
@@ -335,21 +147,10 @@ PEL_INLINE void shear_slice(const struct pel_job *job, const struct pel_shear *s
     }
 }
 
-/* Clears the pixels from `low` up to `high`. */
-PEL_INLINE void line_clear(struct pel_scanline *line, int low, int high)
-{
-    for (int u = low; u < high; u += W) {
-        for (int c = 0; c < 3; c++)
-            vf_store(line->color[c] + u, vf_set(0));
-        vf_store(line->alpha + u, vf_set(0));
-        vf_store(line->depth + u, vf_set(-1));
-    }
-}
-
 #if PEL_KIND != PEL_KIND_WIDE
 
-/* Slices of one layer and row of cells, which have the same runs. They are composited together: their values are fetched and looked up side by
- * side, and what the pixels gathered is loaded and stored once. */
+/* Slices of one layer and row of cells, which have the same runs. They are composited together: their values are fetched and looked up side
+ * by side, and what the pixels gathered is loaded and stored once. */
 #define GROUP PEL_CELL_SIZE
 
 struct group {
@@ -359,8 +160,8 @@ struct group {
 };
 
 /* W pixels from u on, of which those in `bits` are open, in the group's slices; returns the bits of those that became opaque. */
-PEL_INLINE unsigned near_chunk(const struct pel_job *job, const struct pel_shear *s, const struct group *g, struct pel_scanline *line, int u,
-                               unsigned bits, bool shaded, struct pel_counts *counts)
+PEL_INLINE unsigned near_chunk(const struct pel_job *job, const struct pel_shear *s, const struct group *g, struct pel_scanline *line,
+                               int u, unsigned bits, bool shaded, struct pel_counts *counts)
 {
     vi entry[GROUP];
     vf alpha[GROUP], share[GROUP], from = vf_load(line->from + u), to = vf_load(line->to + u);
@@ -424,7 +225,8 @@ PEL_INLINE void near_slices(const struct pel_job *job, const struct pel_shear *s
     while (from < cells) {
         int to = next_bit(runs, from, cells, ~(uint64_t)0), first = s->width, end = 0;
         for (int i = 0; i < g->count; i++) {
-            int lo = from * PEL_CELL_SIZE - (from == 0) - 1 - g->rows[i].whole, hi = to * PEL_CELL_SIZE + (to == cells) + 1 - g->rows[i].whole;
+            int lo = from * PEL_CELL_SIZE - (from == 0) - 1 - g->rows[i].whole,
+                hi = to * PEL_CELL_SIZE + (to == cells) + 1 - g->rows[i].whole;
             g->from[i] = lo > 0 ? lo < s->width ? lo : s->width : 0;
             g->end[i] = hi > 0 ? hi < s->width ? hi : s->width : 0;
             first = g->from[i] < first ? g->from[i] : first;
@@ -448,55 +250,6 @@ PEL_INLINE void near_slices(const struct pel_job *job, const struct pel_shear *s
 }
 
 #endif
-
-/* Lanes 0, W, 1, W + 1, ... or, from the upper halves, HALF, W + HALF, ... of two vectors. */
-PEL_INLINE vf zip(vf a, vf b, int upper)
-{
-    vi take;
-    for (int l = 0; l < W; l++)
-        take[l] = (l & 1) * W + (l >> 1) + upper * HALF;
-    return __builtin_shuffle(a, b, take);
-}
-
-PEL_INLINE vf zip_pairs(vf a, vf b, int upper)
-{
-    vl take;
-    for (int l = 0; l < HALF; l++)
-        take[l] = (l & 1) * HALF + (l >> 1) + upper * (HALF / 2);
-    return (vf)__builtin_shuffle((vd)a, (vd)b, take);
-}
-
-/* W pixels of four floats. */
-PEL_INLINE void store_pixels(float *to, vf red, vf green, vf blue, vf alpha)
-{
-    for (int upper = 0; upper < 2; upper++) {
-        vf rg = zip(red, green, upper), ba = zip(blue, alpha, upper);
-        vf_store(to + upper * 2 * W, zip_pairs(rg, ba, 0));
-        vf_store(to + upper * 2 * W + W, zip_pairs(rg, ba, 1));
-    }
-}
-
-/* Puts a scanline into the intermediate image, whose rows have room for 2 W pixels more, and clears it. */
-PEL_INLINE void line_store(const struct pel_shear *s, int v, struct pel_scanline *line)
-{
-    float *to = s->rgba + ((size_t)(v + 1) * (size_t)s->stride + 1) * 4;
-    const int low = line->low < line->high ? line->low : 0, high = line->high;
-    memset(to - 4, 0, ((size_t)low + 1) * 4 * sizeof *to);
-    for (int u = low; u < high; u += W)
-        store_pixels(to + 4 * u, vf_load(line->color[0] + u), vf_load(line->color[1] + u), vf_load(line->color[2] + u), vf_load(line->alpha + u));
-    const int end = high < s->width ? high : s->width;
-    memset(to + 4 * end, 0, (size_t)(s->width + 1 - end) * 4 * sizeof *to);
-    if (s->depth) {
-        float *depth = s->depth + (size_t)(v + 1) * (size_t)s->stride;
-        depth[0] = depth[s->width + 1] = -1;
-        memcpy(depth + 1, line->depth, (size_t)s->width * sizeof(float));
-    }
-    s->row_from[v + 1] = low + 1;
-    s->row_to[v + 1] = end + 1;
-    line_clear(line, low, high);
-    line->low = s->width;
-    line->high = 0;
-}
 
 /* Where the scanline runs in slice m, and the runs of that row of cells. */
 PEL_INLINE const uint64_t *row_runs(const struct pel_job *job, const struct pel_shear *s, int v, int m, double *j)
@@ -533,8 +286,8 @@ PEL_INLINE struct slice_row row_place(const struct pel_job *job, const struct pe
 }
 
 /* Slice m, where its row's runs begin at cell `begin`, and those behind it that can go with it. Returns the last of them. */
-PEL_INLINE int near_group(const struct pel_job *job, const struct pel_shear *s, const struct pel_turn *turn, int v, int m, int last, double j,
-                          const uint64_t *runs, int begin, struct pel_scanline *line, bool shaded, struct pel_counts *counts)
+PEL_INLINE int near_group(const struct pel_job *job, const struct pel_shear *s, const struct pel_turn *turn, int v, int m, int last,
+                          double j, const uint64_t *runs, int begin, struct pel_scanline *line, bool shaded, struct pel_counts *counts)
 {
     struct slice_row r = row_place(job, s, turn, m, j);
 #if PEL_KIND != PEL_KIND_WIDE
@@ -602,7 +355,8 @@ PEL_INLINE void turned_lines(const struct pel_job *job, const struct pel_shear *
     }
 }
 
-PEL_INLINE void line_begin(const struct pel_job *job, const struct pel_shear *s, int v, struct pel_scanline *line, struct pel_counts *counts)
+PEL_INLINE void line_begin(const struct pel_job *job, const struct pel_shear *s, int v, struct pel_scanline *line,
+                           struct pel_counts *counts)
 {
     memset(line->open, 0xff, ((size_t)s->width / 32 + 3) * sizeof *line->open);
     line->first = 0;

@@ -1,10 +1,10 @@
 /* SPDX-License-Identifier: MIT */
-/* Voxels of a scanline that are neighbours in memory: whole vectors are loaded where fetch.h gathers. This is what object-aligned slices are
- * for: at a pixel a voxel all lanes have the same weights.
+/* Voxels of a scanline that are neighbours in memory: whole vectors are loaded where fetch.h gathers. This is what object-aligned slices
+ * are for: at a pixel a voxel all lanes have the same weights.
  *
  * Along x the volume itself has such rows. Where scanlines run along y (the principal axis is x), a band of scanlines turns the voxels that
- * it is about to read into rows (turn_block), a few slices at a time: no turned copy of the volume is kept. The arithmetic is that of fetch.h
- * to the bit, since a pixel may be fetched either way. */
+ * it is about to read into rows (turn_block), a few slices at a time: no turned copy of the volume is kept. The arithmetic is that of
+ * fetch.h to the bit, since a pixel may be fetched either way. */
 #ifndef PEL_CPU_KERNEL_SHEAR_FETCH_H
 #define PEL_CPU_KERNEL_SHEAR_FETCH_H
 
@@ -30,11 +30,11 @@ struct slice_row {
     int j;        /* the row of voxels before it */
     float weight; /* how far it is towards the next */
     int m;
-    bool near;    /* unit steps in a slice of voxels that has others around: no gathering is needed */
-    bool turned;  /* then: the rows were turned */
-    const void *rows; /* then: where they are */
+    bool near;                              /* unit steps in a slice of voxels that has others around: no gathering is needed */
+    bool turned;                            /* then: the rows were turned */
+    const void *rows;                       /* then: where they are */
     ptrdiff_t offset, next_row, next_slice; /* then: voxel of pixel 0, and from row to row and slice to slice */
-    int32_t pair; /* then: the weights of two neighbours (x_weights of fetch.h) */
+    int32_t pair;                           /* then: the weights of two neighbours (x_weights of fetch.h) */
 };
 
 #if PEL_KIND != PEL_KIND_WIDE
@@ -164,7 +164,8 @@ PEL_INLINE void straight_gradient(const struct pel_job *job, const struct slice_
     }
     to[0] = vf_lerp(slope[0], slope[1], weight);
     to[1] = vf_lerp(middle[1] - row_value(job, r, u, -1, 0), row_value(job, r, u, 2, 0) - middle[0], weight);
-    to[2] = vf_lerp(row_value(job, r, u, 0, 1) - row_value(job, r, u, 0, -1), row_value(job, r, u, 1, 1) - row_value(job, r, u, 1, -1), weight);
+    to[2] =
+        vf_lerp(row_value(job, r, u, 0, 1) - row_value(job, r, u, 0, -1), row_value(job, r, u, 1, 1) - row_value(job, r, u, 1, -1), weight);
 }
 
 PEL_INLINE void turned_gradient(const struct pel_job *job, const struct slice_row *r, int u, vf to[3])
@@ -174,7 +175,8 @@ PEL_INLINE void turned_gradient(const struct pel_job *job, const struct slice_ro
         for (int x = 0; x < 2; x++)
             v[j][x] = turned(job, r, u, x, j, 0);
         along[j] = vf_lerp(v[j][1] - turned(job, r, u, -1, j, 0), turned(job, r, u, 2, j, 0) - v[j][0], part);
-        through[j] = vf_lerp(turned(job, r, u, 0, j, 1) - turned(job, r, u, 0, j, -1), turned(job, r, u, 1, j, 1) - turned(job, r, u, 1, j, -1), part);
+        through[j] = vf_lerp(turned(job, r, u, 0, j, 1) - turned(job, r, u, 0, j, -1),
+                             turned(job, r, u, 1, j, 1) - turned(job, r, u, 1, j, -1), part);
     }
     for (int x = 0; x < 2; x++)
         across[x] = vf_lerp(v[1][x] - turned(job, r, u, x, -1, 0), turned(job, r, u, x, 2, 0) - v[0][x], weight);
@@ -242,8 +244,8 @@ PEL_INLINE void turn_voxels(const struct pel_job *job, int x, int y, int z, narr
 
 #define TURN_WORDS ((PEL_TURN_SLICES + 8) / TURN_STEP + 1)
 
-/* Turns what slices of voxels x0 to x1 and rows z0 to z1 may be asked for, into turn->rows: W rows of y at a time along x, so that a line that
- * was fetched is used up. */
+/* Turns what slices of voxels x0 to x1 and rows z0 to z1 may be asked for, into turn->rows: W rows of y at a time along x, so that a line
+ * that was fetched is used up. */
 PEL_INLINE void turn_block(const struct pel_job *job, const struct pel_shear *s, const struct pel_turn *turn, bool shaded)
 {
     const int words = (turn->x1 - turn->x0) / TURN_STEP + 1;
@@ -262,7 +264,8 @@ PEL_INLINE void turn_block(const struct pel_job *job, const struct pel_shear *s,
                 const int first = __builtin_ctzll(any) & ~(W / PEL_CELL_SIZE - 1), y = (word * 64 + first) * PEL_CELL_SIZE;
                 const uint64_t mask = (((uint64_t)1 << (W / PEL_CELL_SIZE)) - 1) << first;
                 for (int l = 0; l < W && y + l < job->dims[1] && z < turn->z1; l++) /* what is next, a row of z on */
-                    __builtin_prefetch((const narrow_type *)job->data + turn->x0 + (ptrdiff_t)(y + l) * job->row + (ptrdiff_t)(z + 1) * job->slice);
+                    __builtin_prefetch((const narrow_type *)job->data + turn->x0 + (ptrdiff_t)(y + l) * job->row +
+                                       (ptrdiff_t)(z + 1) * job->slice);
                 for (int i = 0; i < words && y < job->dims[1]; i++)
                     if (wanted[i] & mask)
                         turn_voxels(job, x[i], y, z, to + (x[i] - turn->x0) * turn->next_slice + y, turn->next_slice);

@@ -44,12 +44,12 @@ static void polygon_cut(struct polygon *p, const double c[3])
 static void polygon_of_part(const struct pel_job *job, int part, bool split, struct polygon *p)
 {
     const double w = job->width - 0.5, h = job->height - 0.5;
-    *p = (struct polygon){ 4, { { -0.5, -0.5 }, { w, -0.5 }, { w, h }, { -0.5, h } } };
+    *p = (struct polygon) { 4, { { -0.5, -0.5 }, { w, -0.5 }, { w, h }, { -0.5, h } } };
     int c = part / 2, sign = part % 2 ? -1 : 1;
     for (int a = 0; split && a < 3; a++)
         for (int side = -1; a != c && side <= 1; side += 2)
-            polygon_cut(p, (const double[3]){ sign * job->d0[c] + side * job->d0[a], sign * job->dx[c] + side * job->dx[a],
-                                              sign * job->dy[c] + side * job->dy[a] });
+            polygon_cut(p, (const double[3]) { sign * job->d0[c] + side * job->d0[a], sign * job->dx[c] + side * job->dx[a],
+                                               sign * job->dy[c] + side * job->dy[a] });
 }
 
 static int nearest_axis(const struct pel_job *job, double x, double y)
@@ -143,7 +143,8 @@ static double spacing_of_rays(const struct pel_job *job, const struct pel_shear_
     double x = 0, y = 0;
     for (int i = 0; i < p->count; i++)
         x += p->at[i][0] / p->count, y += p->at[i][1] / p->count;
-    double along_x = mapped(map, a, x + 0.5, y) - mapped(map, a, x - 0.5, y), along_y = mapped(map, a, x, y + 0.5) - mapped(map, a, x, y - 0.5);
+    double along_x = mapped(map, a, x + 0.5, y) - mapped(map, a, x - 0.5, y),
+           along_y = mapped(map, a, x, y + 0.5) - mapped(map, a, x, y - 0.5);
     (void)job;
     return sqrt(along_x * along_x + along_y * along_y) / settings->rays;
 }
@@ -156,8 +157,9 @@ static void rays_in_slices(const struct pel_job *job, bool perspective, const do
     for (int a = 0; a < 2; a++) {
         double slope = job->d0[s->axis[a]] / job->d0[c], from = eye[s->axis[a]];
         double scale0 = (s->first - eye[c]) / (s->reference - eye[c]), scale1 = s->step / (s->reference - eye[c]);
-        *to[a] = perspective ? (struct pel_shear_axis){ from + (start[a] - from) * scale0, (start[a] - from) * scale1, by[a] * scale0, by[a] * scale1 }
-                             : (struct pel_shear_axis){ start[a] + (s->first - s->reference) * slope, s->step * slope, by[a], 0 };
+        *to[a] = perspective ? (struct pel_shear_axis) { from + (start[a] - from) * scale0, (start[a] - from) * scale1, by[a] * scale0,
+                                                         by[a] * scale1 }
+                             : (struct pel_shear_axis) { start[a] + (s->first - s->reference) * slope, s->step * slope, by[a], 0 };
     }
     double d[3], length2 = 0, gram[3][3];
     d[s->axis[0]] = s->i.at1, d[s->axis[1]] = s->j.at1, d[c] = s->step;
@@ -165,7 +167,8 @@ static void rays_in_slices(const struct pel_job *job, bool perspective, const do
         for (int j = 0; j < 3; j++) {
             gram[i][j] = 0;
             for (int r = 0; r < 3; r++)
-                gram[i][j] += (double)job->to_world[r][i] * (double)job->to_world[r][j] * (double)job->steps_a_voxel * (double)job->steps_a_voxel;
+                gram[i][j] +=
+                    (double)job->to_world[r][i] * (double)job->to_world[r][j] * (double)job->steps_a_voxel * (double)job->steps_a_voxel;
             length2 += gram[i][j] * d[i] * d[j];
         }
     s->length = (float)sqrt(length2);
@@ -185,8 +188,8 @@ bool pel_shear_factor(const struct pel_job *job, bool perspective, const struct 
     double eye[3] = { 0, 0, 0 }, start[2], by[2];
     for (int a = 0; perspective && a < 3; a++)
         eye[a] = job->p0[a] + job->s_least * job->d0[a];
-    *s = (struct pel_shear){ .perspective = perspective, .slice_from = -1e9, .step = (double)sign / settings->supersampling };
-    *warp = (struct pel_warp){ .split = split, .axis = c, .sign = sign };
+    *s = (struct pel_shear) { .perspective = perspective, .slice_from = -1e9, .step = (double)sign / settings->supersampling };
+    *warp = (struct pel_warp) { .split = split, .axis = c, .sign = sign };
     memcpy(s->axis, axes[c], sizeof s->axis);
     s->first = sign > 0 ? 0 : job->dims[c] - 1;
     s->reference = 0.5 * (job->dims[c] - 1);
@@ -210,8 +213,8 @@ bool pel_shear_factor(const struct pel_job *job, bool perspective, const struct 
         size[a] = ceil((hi[a] - start[a]) / by[a]) + 2;
     }
     if (!(size[0] <= MOST_SIDE && size[1] <= MOST_SIDE && size[0] * size[1] <= MOST_RAYS))
-        return pel_fail(error, PEL_ERROR_ARGUMENT, "an intermediate image of %.0f x %.0f rays is too large; ask for fewer rays, or use raycast", size[0],
-                        size[1]);
+        return pel_fail(error, PEL_ERROR_ARGUMENT,
+                        "an intermediate image of %.0f x %.0f rays is too large; ask for fewer rays, or use raycast", size[0], size[1]);
     s->width = (int)size[0], s->height = (int)size[1];
     s->unit = !perspective && by[0] == 1;
     s->slice_count = (job->dims[c] - 1) * settings->supersampling + 1;
@@ -225,7 +228,8 @@ bool pel_shear_factor(const struct pel_job *job, bool perspective, const struct 
     return true;
 }
 
-void pel_shear_slices(const struct pel_job *job, const struct pel_shear_settings *settings, const struct pel_shear *s, struct pel_slice *slices)
+void pel_shear_slices(const struct pel_job *job, const struct pel_shear_settings *settings, const struct pel_shear *s,
+                      struct pel_slice *slices)
 {
     const int c = s->axis[2], sign = s->step > 0 ? 1 : -1;
     for (int m = 0; m < s->slice_count; m++) {

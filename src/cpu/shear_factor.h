@@ -14,7 +14,7 @@ enum pel_intermediate {
 struct pel_shear_settings {
     int supersampling; /* slices a slice of voxels: 1 to 10 */
     enum pel_intermediate intermediate;
-    double rays;       /* of the intermediate image, a voxel or pixel along each axis */
+    double rays; /* of the intermediate image, a voxel or pixel along each axis */
 };
 
 #define PEL_SHEAR_PARTS 6

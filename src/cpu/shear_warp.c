@@ -31,26 +31,26 @@ struct pel_shear_warp {
     const struct pel_kernels *kernels[PEL_KERNEL_KINDS];
     struct pel_voxels voxels;
     struct pel_classification_state state;
-    struct pel_shear_runs runs[3];  /* by principal axis */
+    struct pel_shear_runs runs[3]; /* by principal axis */
     bool has_runs[3];
-    bool skip;                      /* what the runs were made for */
+    bool skip; /* what the runs were made for */
     struct pel_job job;
     struct pel_shear_settings settings;
     struct part parts[PEL_SHEAR_PARTS];
     int part_count;
-    float *alpha;                   /* owned; opacity of one slice along a ray, in parallel projection */
+    float *alpha; /* owned; opacity of one slice along a ray, in parallel projection */
     size_t alpha_entries;
-    float alpha_length;             /* what it was made for; 0: nothing */
+    float alpha_length; /* what it was made for; 0: nothing */
     bool alpha_linear;
-    struct pel_slice *slices;       /* owned */
+    struct pel_slice *slices; /* owned */
     size_t slice_room;
-    float *image;                   /* owned; the intermediate image: colours, and depth behind them */
+    float *image; /* owned; the intermediate image: colours, and depth behind them */
     size_t image_room;
-    int *rows;                      /* owned; first and end of each row's pixels that hold something */
+    int *rows; /* owned; first and end of each row's pixels that hold something */
     size_t row_room;
-    float *lines;                   /* owned; scanlines, one or a band a thread */
+    float *lines; /* owned; scanlines, one or a band a thread */
     size_t line_room;
-    char *turned;                   /* owned; turned voxels of each thread's band */
+    char *turned; /* owned; turned voxels of each thread's band */
     size_t turned_room;
 };
 
@@ -172,11 +172,11 @@ struct drawing {
     struct pel_shear_warp *sw;
     const struct part *part;
     pel_shear_kernel kernel;
-    pel_warp_kernel warp;       /* NULL: the part shows nothing */
+    pel_warp_kernel warp;             /* NULL: the part shows nothing */
     struct pel_gathering *gatherings; /* one a thread */
     struct pel_counts *counts;
     const struct pel_progress *progress;
-    bool first;                 /* of the picture's parts */
+    bool first; /* of the picture's parts */
     size_t items;
     atomic_size_t done;
     atomic_bool cancelled;
@@ -194,7 +194,8 @@ static void composite_band(void *context, size_t band, int thread)
     if (atomic_load_explicit(&d->cancelled, memory_order_relaxed))
         return;
     const int v0 = (int)band * BAND, height = d->part->shear.height;
-    d->kernel(&d->sw->job, &d->part->shear, v0, v0 + BAND < height ? v0 + BAND : height, &d->gatherings[thread], &d->counts[thread * COUNTS_APART]);
+    d->kernel(&d->sw->job, &d->part->shear, v0, v0 + BAND < height ? v0 + BAND : height, &d->gatherings[thread],
+              &d->counts[thread * COUNTS_APART]);
     size_t done = atomic_fetch_add(&d->done, 1) + 1;
     if (thread == 0 && !pel_progress_report(d->progress, (double)done / (double)d->items, d->error))
         atomic_store(&d->cancelled, true);
@@ -224,8 +225,9 @@ static void warp_rows(void *context, size_t band, int thread)
 /* Cuts a thread's memory into a scanline's arrays. */
 static void line_init(struct pel_scanline *line, float *at, size_t padded)
 {
-    float **arrays[PEL_SCANLINE_ARRAYS] = { &line->color[0], &line->color[1],  &line->color[2],  &line->alpha,     &line->depth, &line->from,
-                                            &line->to,       &line->length,    &line->toward[0], &line->toward[1], &line->toward[2] };
+    float **arrays[PEL_SCANLINE_ARRAYS] = { &line->color[0],  &line->color[1],  &line->color[2], &line->alpha,
+                                            &line->depth,     &line->from,      &line->to,       &line->length,
+                                            &line->toward[0], &line->toward[1], &line->toward[2] };
     for (int i = 0; i < PEL_SCANLINE_ARRAYS; i++, at += padded)
         *arrays[i] = at;
     line->open = (uint32_t *)at;
@@ -242,7 +244,9 @@ static bool prepare_turns(struct pel_shear_warp *sw, const struct pel_shear *s, 
     if (!reserve((void **)&sw->turned, &sw->turned_room, each * (size_t)sw->threads, 1, "turned voxels", error))
         return false;
     for (int i = 0; i < sw->threads; i++)
-        gatherings[i].turn = (struct pel_turn){ .rows = sw->turned + (size_t)i * each + before * row * sizeof(float), .next_slice = (ptrdiff_t)row, .next_row = (ptrdiff_t)(row * slices) };
+        gatherings[i].turn = (struct pel_turn) { .rows = sw->turned + (size_t)i * each + before * row * sizeof(float),
+                                                 .next_slice = (ptrdiff_t)row,
+                                                 .next_row = (ptrdiff_t)(row * slices) };
     return true;
 }
 

@@ -22,15 +22,16 @@ bool pel_shear_warp_classify(struct pel_shear_warp *warper, const struct pel_sce
 /* After a change of the step alone: the tables' unit of length, which nothing else here depends on. */
 bool pel_shear_warp_set_step(struct pel_shear_warp *warper, const struct pel_scene *scene, struct pel_error *error);
 
-/* Factors the view. `linear`: opacity is corrected for the slices' distance by the paper's linear approximation (section 4), not exactly. */
-bool pel_shear_warp_aim(struct pel_shear_warp *warper, const struct pel_scene *scene, const struct pel_shear_settings *settings, bool linear,
-                        int width, int height, struct pel_error *error);
+/* Factors the view. `linear`: opacity is corrected for the slices' distance by the paper's linear approximation (section 4), not exactly.
+ */
+bool pel_shear_warp_aim(struct pel_shear_warp *warper, const struct pel_scene *scene, const struct pel_shear_settings *settings,
+                        bool linear, int width, int height, struct pel_error *error);
 
 struct pel_shear_counters {
     uint64_t in_box, taken; /* samples of the rays' stretches inside the box; samples taken */
     uint64_t rays, slices;  /* pixels of the intermediate images; slices composited */
     uint64_t cells, visible_cells;
-    uint64_t bytes;         /* memory held beside the volume */
+    uint64_t bytes; /* memory held beside the volume */
 };
 
 /* Draws, in two stages whose ends are told in `stage_ms`: the slices composited, and the warp. */

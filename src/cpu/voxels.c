@@ -49,18 +49,18 @@ static void describe(struct pel_voxels *voxels, struct pel_job *job)
     const struct pel_volume *v = voxels->volume;
     double lo = v->range[0], hi = v->range[1], half = hi / 2 - lo / 2; /* hi - lo could overflow */
     static const enum pel_kernel_kind kinds[PEL_TYPE_COUNT] = {
-        [PEL_U8] = PEL_KERNEL_U8,     [PEL_I8] = PEL_KERNEL_U8,     [PEL_U16] = PEL_KERNEL_U16,   [PEL_I16] = PEL_KERNEL_U16,
-        [PEL_U32] = PEL_KERNEL_WIDE,  [PEL_I32] = PEL_KERNEL_WIDE,  [PEL_F32] = PEL_KERNEL_F32,   [PEL_F64] = PEL_KERNEL_WIDE,
+        [PEL_U8] = PEL_KERNEL_U8,    [PEL_I8] = PEL_KERNEL_U8,    [PEL_U16] = PEL_KERNEL_U16, [PEL_I16] = PEL_KERNEL_U16,
+        [PEL_U32] = PEL_KERNEL_WIDE, [PEL_I32] = PEL_KERNEL_WIDE, [PEL_F32] = PEL_KERNEL_F32, [PEL_F64] = PEL_KERNEL_WIDE,
     };
     voxels->kind = kinds[v->type];
     job->type = v->type;
     job->flip = v->type == PEL_I8 ? (int32_t)0x80808080 : v->type == PEL_U16 ? (int32_t)0x80008000 : 0;
-    voxels->raw = (struct pel_raw_scale){ 1.0 / 16384, v->type == PEL_I8 ? -128 : v->type == PEL_U16 ? 32768 : 0 };
+    voxels->raw = (struct pel_raw_scale) { 1.0 / 16384, v->type == PEL_I8 ? -128 : v->type == PEL_U16 ? 32768 : 0 };
     if (voxels->kind == PEL_KERNEL_F32)
-        voxels->raw = (struct pel_raw_scale){ 1, 0 };
+        voxels->raw = (struct pel_raw_scale) { 1, 0 };
     if (voxels->kind == PEL_KERNEL_WIDE) {
         bool flat = !(half > 0) || !isfinite(half);
-        voxels->raw = (struct pel_raw_scale){ flat ? 1 : 2 * half, isfinite(lo) ? lo : 0 };
+        voxels->raw = (struct pel_raw_scale) { flat ? 1 : 2 * half, isfinite(lo) ? lo : 0 };
         if (isinf(voxels->raw.scale))
             voxels->raw.scale = 1.7e308;
         job->wide_offset = voxels->raw.offset;

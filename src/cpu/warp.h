@@ -20,7 +20,8 @@ void pel_warp_bound(struct pel_warp *warp, const struct pel_shear *shear);
 /* Split: does this part draw the pixel? */
 bool pel_warp_belongs(const struct pel_job *job, const struct pel_warp *warp, int x, int y);
 
-/* World distance at which opacity passes one half at the pixel, whose upper left ray is at `offset` in the image; +inf where it does not. */
+/* World distance at which opacity passes one half at the pixel, whose upper left ray is at `offset` in the image; +inf where it does not.
+ */
 float pel_warp_depth(const struct pel_job *job, const struct pel_shear *shear, int32_t offset, float fu, float fv, int x, int y);
 
 #endif

@@ -15,7 +15,8 @@ static void set_options(struct pel_renderer *renderer, const struct setting *set
     struct pel_error error = PEL_ERROR_INIT;
     const struct pel_technique_info *info = pel_technique_find("slices2d");
     for (; settings->name; settings++)
-        if (!pel_option_set(pel_option_find(info->options, settings->name), pel_renderer_options(renderer, "slices2d"), settings->text, &error))
+        if (!pel_option_set(pel_option_find(info->options, settings->name), pel_renderer_options(renderer, "slices2d"), settings->text,
+                            &error))
             fail_msg("%s", error.message);
 }
 
@@ -97,7 +98,7 @@ static void check_ways(struct pel_volume *volume, const char *name, double lo, d
     assert_true(pel_transfer_set_opacities(&scene.transfer, ramp, 2, NULL));
     assert_true(pel_transfer_set_colormap(&scene.transfer, "viridis", lo, hi, NULL));
     scene.render.step = 0.25;
-    for (int way = 0; way < 8; way += zoom > 1 ? 3 : 1) {
+    for (int way = 0; way<8; way += zoom> 1 ? 3 : 1) {
         scene.camera = (struct pel_camera)PEL_CAMERA_INIT;
         pel_camera_fit(&scene.camera, volume, SIZE, SIZE);
         pel_camera_azimuth(&scene.camera, 33 + 50 * way);
@@ -153,7 +154,7 @@ static void test_homogeneous(void **state)
     struct pel_volume volume;
     struct pel_scene scene;
     make_volume(&volume, 24, 20, 28, PEL_F32, constant_one);
-    memcpy(volume.spacing, (double[3]){ 1, 1.7, 0.6 }, sizeof volume.spacing);
+    memcpy(volume.spacing, (double[3]) { 1, 1.7, 0.6 }, sizeof volume.spacing);
     make_scene(&scene, &volume, "0.07");
     for (int parallel = 0; parallel < 2; parallel++)
         for (int turn = 0; turn < 3; turn++) {
@@ -216,16 +217,16 @@ static void test_scenes(void **state)
         struct pel_volume volume;
         struct pel_scene scene;
         make_blobs(&volume, &scene, PEL_U8, way == 2 ? labels : way == 3 ? holes : blobs);
-        memcpy(volume.spacing, (double[3]){ 1, 1.6, 0.7 }, sizeof volume.spacing);
+        memcpy(volume.spacing, (double[3]) { 1, 1.6, 0.7 }, sizeof volume.spacing);
         if (way == 0) {
             memcpy(volume.direction, turned, sizeof volume.direction);
             volume.origin[1] = -300;
         } else if (way == 1) {
             scene.clip_plane_count = 1;
-            pel_volume_index_to_world(&volume, (const double[3]){ 17, 20, 16 }, scene.clip_planes[0].origin);
-            memcpy(scene.clip_planes[0].normal, (double[3]){ 1, 0.5, -0.4 }, sizeof scene.clip_planes[0].normal);
+            pel_volume_index_to_world(&volume, (const double[3]) { 17, 20, 16 }, scene.clip_planes[0].origin);
+            memcpy(scene.clip_planes[0].normal, (double[3]) { 1, 0.5, -0.4 }, sizeof scene.clip_planes[0].normal);
             scene.clip_box_enabled = true;
-            memcpy(scene.clip_box, (double[6]){ 4, 34, 10, 60, 2, 30 }, sizeof scene.clip_box);
+            memcpy(scene.clip_box, (double[6]) { 4, 34, 10, 60, 2, 30 }, sizeof scene.clip_box);
         } else if (way == 2) {
             volume.labels = true;
             assert_true(pel_transfer_parse_opacity(&scene.transfer, "0:0,1:0.1,2:0.3,3:0.05", NULL));
@@ -234,7 +235,7 @@ static void test_scenes(void **state)
             volume.void_value = 255;
             pel_volume_update_range(&volume);
         } else if (way == 4) {
-            scene.lights[0] = (struct pel_light){ false, { 1, 2, 1 }, { 1, 0.8, 0.6 } };
+            scene.lights[0] = (struct pel_light) { false, { 1, 2, 1 }, { 1, 0.8, 0.6 } };
             scene.linear_light = true;
         }
         pel_camera_fit(&scene.camera, &volume, SIZE, SIZE);
@@ -257,8 +258,8 @@ static void test_wide(void **state)
         struct pel_volume volume;
         struct pel_scene scene;
         make_blobs(&volume, &scene, PEL_F32, blobs);
-        memcpy(scene.camera.position, (double[3]){ 12, 25, 9 }, sizeof scene.camera.position);
-        memcpy(scene.camera.focal_point, (double[3]){ 20, 14, 19 }, sizeof scene.camera.focal_point);
+        memcpy(scene.camera.position, (double[3]) { 12, 25, 9 }, sizeof scene.camera.position);
+        memcpy(scene.camera.focal_point, (double[3]) { 20, 14, 19 }, sizeof scene.camera.focal_point);
         scene.camera.view_angle = angles[i];
         check_at_least(against_reference(&scene, fine, SIZE), 36, "%g degrees: PSNR, dB", angles[i]);
         pel_scene_finish(&scene);
@@ -274,9 +275,9 @@ static void test_switch(void **state)
     struct pel_scene scene;
     struct pel_image before, after;
     make_blobs(&volume, &scene, PEL_U8, blobs);
-    look_parallel(&scene, (const double[3]){ 0.9999, 0.2, 1 }, 120, 22);
+    look_parallel(&scene, (const double[3]) { 0.9999, 0.2, 1 }, 120, 22);
     slices(&scene, plain, 2, SIZE, &before);
-    look_parallel(&scene, (const double[3]){ 1.0001, 0.2, 1 }, 120, 22);
+    look_parallel(&scene, (const double[3]) { 1.0001, 0.2, 1 }, 120, 22);
     slices(&scene, plain, 2, SIZE, &after);
     check_at_least(psnr(&before, &after), 36, "the principal axis changes: PSNR, dB");
     pel_image_finish(&before);
@@ -408,9 +409,9 @@ static void test_changes(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_computed),   cmocka_unit_test(test_bonsai),      cmocka_unit_test(test_homogeneous), cmocka_unit_test(test_directions),
-        cmocka_unit_test(test_scenes),     cmocka_unit_test(test_wide),        cmocka_unit_test(test_switch),
-        cmocka_unit_test(test_depth),      cmocka_unit_test(test_linear_correction),
+        cmocka_unit_test(test_computed),   cmocka_unit_test(test_bonsai),  cmocka_unit_test(test_homogeneous),
+        cmocka_unit_test(test_directions), cmocka_unit_test(test_scenes),  cmocka_unit_test(test_wide),
+        cmocka_unit_test(test_switch),     cmocka_unit_test(test_depth),   cmocka_unit_test(test_linear_correction),
         cmocka_unit_test(test_refusals),   cmocka_unit_test(test_changes),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
-/* Object-aligned slices. The paper (Rezk-Salama et al. 2000, section 4) keeps three stacks of 2D textures and lets the graphics card shear and
- * warp them without saying so; on the CPU the shear and the warp are explicit (Lacroute and Levoy 1994), in src/cpu/shear_warp.c. */
+/* Object-aligned slices. The paper (Rezk-Salama et al. 2000, section 4) keeps three stacks of 2D textures and lets the graphics card shear
+ * and warp them without saying so; on the CPU the shear and the warp are explicit (Lacroute and Levoy 1994), in src/cpu/shear_warp.c. */
 #include <stddef.h>
 #include <stdlib.h>
 
@@ -70,7 +70,8 @@ static bool prepare(void **state, const struct pel_frame *frame, struct pel_erro
         return false;
     }
     const struct pel_shear_settings settings = { o->supersampling, o->intermediate, o->rays };
-    if (!pel_shear_warp_aim(sw, frame->scene, &settings, o->correction == CORRECTION_LINEAR, frame->image->width, frame->image->height, error))
+    if (!pel_shear_warp_aim(sw, frame->scene, &settings, o->correction == CORRECTION_LINEAR, frame->image->width, frame->image->height,
+                            error))
         return false;
     pel_frame_stage(frame, "factor", start);
     return true;
