@@ -113,6 +113,24 @@ def voxel_rays(records):
     return "\n".join(lines) + "\n"
 
 
+def shear_warp(records):
+    """VolPack beside our own shear-warp, both on one thread, with the same intermediate image and slices."""
+    rows = []
+    for r in records:
+        ours = [median(r, "pellucid-shear", key) for key in ("frame_ms", "edit_ms")]
+        theirs = [median(r, "volpack", key) for key in ("frame_ms", "edit_ms", "reclassify_ms")]
+        if all(ours + theirs):
+            compared = [theirs[0] / ours[0], theirs[1] / ours[1], theirs[2] / ours[1]]
+            cells = ["%s (%.1fx)" % (number(t), c) for t, c in zip(theirs, compared)]
+            rows.append((label(r), number(ours[0]), cells[0], number(ours[1]), cells[1], cells[2], compared))
+    if not rows:
+        return ""
+    lines = ["| scene | slices2d, a frame | VolPack | slices2d, after a change | VolPack from raw voxels | VolPack, classified again |", "| --- |" + " ---: |" * 5]
+    lines += ["| %s | %s | %s | %s | %s | %s |" % row[:6] for row in rows]
+    lines.append("| geometric mean | | %.1fx | | %.1fx | %.1fx |" % tuple(geometric([row[6][i] for row in rows]) for i in range(3)))
+    return "\n".join(lines) + "\n"
+
+
 def gpu_engine(records):
     """The GPU engine beside VTK's mapper on the same device."""
     rows, device = [], ""
@@ -179,6 +197,7 @@ def table(result):
         ("An isosurface, the camera turning", block(result, iso, "frame_ms", ["vtk-iso"], limit=True)),
         ("The GPU engine, the camera turning and the transfer function (isovalue) changing", gpu_engine(scenes)),
         ("VolPack's own number of rays: in parallel, one a voxel", voxel_rays(scenes)),
+        ("Shear-warp beside shear-warp, one thread", shear_warp(scenes)),
         ("From process start to a PNG on disk, and peak memory", stills(scenes)),
     ]
     return "\n".join(("**%s**\n\n" % title if title else "") + text for title, text in parts if text)

@@ -174,6 +174,7 @@ static bool build_bounds(struct pel_classification_state *s, const struct pel_mi
         counts[l] = levels[l]->dims[0] * levels[l]->dims[1] * levels[l]->dims[2];
     free(s->bounds);
     s->bounds = pel_alloc_aligned(counts[0] + counts[1], sizeof(float), "cell bounds", error);
+    s->bound_count = s->bounds ? counts[0] + counts[1] : 0;
     if (!s->bounds)
         return false;
     float *to = s->bounds;
@@ -346,6 +347,14 @@ bool pel_classify_octants(struct pel_classification_state *state, unsigned wante
             return pel_fail(error, PEL_ERROR_MEMORY, "distance map: no memory");
     state->octants |= wanted;
     return true;
+}
+
+size_t pel_classify_bytes(const struct pel_classification_state *state)
+{
+    const struct pel_transfer_table *t = &state->table;
+    return state->map_bytes * (size_t)(1 + __builtin_popcount(state->octants)) + state->array_entries * ARRAYS * sizeof(float) +
+           state->bound_count * sizeof(float) + t->count * 4 * sizeof(float) +
+           t->range.count * (size_t)t->range.levels * 2 * sizeof(float);
 }
 
 void pel_classify_finish(struct pel_classification_state *state)

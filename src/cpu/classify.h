@@ -21,6 +21,7 @@ struct pel_classification_state {
     int row_shift, slice_shift;
     size_t visible_cells;
     float *bounds;         /* owned; MIP and MinIP: raw bounds of cells, then of blocks */
+    size_t bound_count;
 };
 
 /* How raw values lie on the data's: value = raw * scale + offset. */
@@ -44,6 +45,8 @@ bool pel_classify_octants(struct pel_classification_state *state, unsigned wante
 size_t pel_classify_box(struct pel_classification_state *state, const struct pel_scene *scene, const struct pel_minmax *minmax,
                         struct pel_raw_scale raw, const struct pel_job *job, const int first[3], const int count[3], int threads,
                         uint8_t *marks);
+/* Memory that it holds. */
+size_t pel_classify_bytes(const struct pel_classification_state *state);
 void pel_classify_finish(struct pel_classification_state *state);
 
 #endif

@@ -12,8 +12,10 @@
 
 #include "kernel_composite.h"
 #include "kernel_projection.h"
+#include "kernel_shear.h"
 #include "kernel_spans.h"
 #include "kernel_surface.h"
+#include "kernel_warp.h"
 
 /* A tile: its packets in rows. Where CULL holds, a packet in whose pixels nothing may be seen stays as it is: empty. */
 #define TILE(NAME, DRAW, CULL)                                                                              \
@@ -42,8 +44,21 @@ TILE(tile_projection, projection(job, &r, counts), job->mode == PEL_MODE_XRAY)
 TILE(tile_isosurface, isosurface(job, &r, counts), true)
 TILE(tile_slice, slice(job, &r, counts), false)
 
+#define SHEAR_BAND(NAME, SHADED)                                                                                                          \
+    static void NAME(const struct pel_job *job, const struct pel_shear *shear, int v0, int v1, struct pel_gathering *gathering,           \
+                     struct pel_counts *counts)                                                                                           \
+    {                                                                                                                                     \
+        unsigned before = flush_tiny();                                                                                                   \
+        shear_band(job, shear, v0, v1, gathering, SHADED, counts);                                                                        \
+        flush_restore(before);                                                                        \
+    }
+
+SHEAR_BAND(band_composite, false)
+SHEAR_BAND(band_shaded, true)
+
 extern const struct pel_kernels PEL_KERNELS;
 const struct pel_kernels PEL_KERNELS = {
     project_surface,    tile_composite,  tile_composite_shaded, tile_composite_general,
     tile_preintegrated, tile_projection, tile_isosurface,       tile_slice,
+    band_composite,     band_shaded,     warp_row,
 };

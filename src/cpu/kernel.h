@@ -142,10 +142,22 @@ static inline void pel_mark_span(const struct pel_projection *p, int x0, int x1,
 /* Projects the voxel cells of the cell at voxel (x, y, z) that an isosurface may pass through. Not for volumes with voids. */
 typedef void (*pel_project_surface)(const struct pel_job *job, const struct pel_projection *p, int x, int y, int z);
 
+/* Scanlines from v0 up to v1 of shear-warp's intermediate image (shear.h). */
+struct pel_shear;
+struct pel_gathering;
+typedef void (*pel_shear_kernel)(const struct pel_job *job, const struct pel_shear *shear, int v0, int v1, struct pel_gathering *gathering,
+                                 struct pel_counts *counts);
+
+/* Row y of the picture from the intermediate image (warp.h). */
+struct pel_warp;
+typedef void (*pel_warp_kernel)(const struct pel_job *job, const struct pel_shear *shear, const struct pel_warp *warp, int y);
+
 /* One instruction set's kernels, by kind. */
 struct pel_kernels {
     pel_project_surface project_surface;
     pel_kernel composite, composite_shaded, composite_general, preintegrated, projection, isosurface, slice;
+    pel_shear_kernel shear, shear_shaded;
+    pel_warp_kernel warp;
 };
 
 /* Name of the set in use ("x86-64-v3"), and its kernels. `wanted` (nullable) forces one; false and an error where the machine lacks it or

@@ -37,6 +37,16 @@ with Folder() as folder:
         result, told = compare(folder / (mode + "-raycast.png"), folder / (mode + "-reference.png"), "--psnr-min", "35")
         check(result.status == 0, mode + ": the techniques agree", result)
 
+    # A technique of one mode, with options of its own.
+    slices = [*base, "--technique", "slices2d"]
+    fine("slices", *slices, "-o", folder / "slices.png", "--supersampling", "4", "--intermediate", "picture", "--rays", "2")
+    result, told = compare(folder / "slices.png", folder / "composite-reference.png", "--psnr-min", "35")
+    check(result.status == 0, "slices2d agrees with the reference", result)
+    result = run(*slices, "-o", folder / "no.png", "--mode", "mip")
+    check(result.status == 2 and "raycast" in result.err, "slices2d refuses other modes, and says what to use", result)
+    result = run(*slices, "-o", folder / "no.png", "--supersampling", "11")
+    check(result.status == 2 and "supersampling" in result.err, "an option of a technique beyond its limits", result)
+
     # Outputs.
     fine("png", *base, "-o", folder / "a.png")
     result = run(*base, "-o", "-")
