@@ -23,8 +23,9 @@ static size_t texel_bytes(GLenum format)
     }
 }
 
-bool pel_texture_reserve(struct pel_device *device, struct pel_texture *texture, GLenum format, int width, int height, int depth,
-                         GLenum filter, struct pel_error *error)
+/* `kind`: GL_TEXTURE_2D, GL_TEXTURE_3D, or GL_TEXTURE_2D_ARRAY. */
+static bool reserve(struct pel_device *device, struct pel_texture *texture, GLenum kind, GLenum format, int width, int height, int depth,
+                    GLenum filter, struct pel_error *error)
 {
     int size[3] = { width, height, depth > 0 ? depth : 1 };
     if (texture->name && texture->format == format && !memcmp(texture->size, size, sizeof size))
@@ -33,10 +34,10 @@ bool pel_texture_reserve(struct pel_device *device, struct pel_texture *texture,
     uint64_t bytes = texel_bytes(format) * (uint64_t)width * (uint64_t)height * (uint64_t)size[2];
     if (device->room && device->bytes + bytes > device->room)
         return pel_fail(error, PEL_ERROR_MEMORY, "texture: no memory on the device");
-    glCreateTextures(depth > 0 ? GL_TEXTURE_3D : GL_TEXTURE_2D, 1, &texture->name);
+    glCreateTextures(kind, 1, &texture->name);
     if (!texture->name)
         return pel_fail(error, PEL_ERROR_MEMORY, "GPU: no more textures");
-    if (depth > 0)
+    if (kind != GL_TEXTURE_2D)
         glTextureStorage3D(texture->name, 1, format, width, height, depth);
     else
         glTextureStorage2D(texture->name, 1, format, width, height);
@@ -55,6 +56,18 @@ bool pel_texture_reserve(struct pel_device *device, struct pel_texture *texture,
         return true;
     pel_texture_destroy(device, texture);
     return false;
+}
+
+bool pel_texture_reserve(struct pel_device *device, struct pel_texture *texture, GLenum format, int width, int height, int depth,
+                         GLenum filter, struct pel_error *error)
+{
+    return reserve(device, texture, depth > 0 ? GL_TEXTURE_3D : GL_TEXTURE_2D, format, width, height, depth, filter, error);
+}
+
+bool pel_texture_reserve_array(struct pel_device *device, struct pel_texture *texture, GLenum format, int width, int height, int layers,
+                               GLenum filter, struct pel_error *error)
+{
+    return reserve(device, texture, GL_TEXTURE_2D_ARRAY, format, width, height, layers, filter, error);
 }
 
 void pel_texture_destroy(struct pel_device *device, struct pel_texture *texture)

@@ -47,6 +47,9 @@ struct pel_texture {
  * texture must be zeroed, or an older one, which is kept where it fits and else replaced; what it holds is undefined afterwards. */
 bool pel_texture_reserve(struct pel_device *device, struct pel_texture *texture, GLenum format, int width, int height, int depth,
                          GLenum filter, struct pel_error *error);
+/* The same of an array of 2D layers, which are filtered each for itself. */
+bool pel_texture_reserve_array(struct pel_device *device, struct pel_texture *texture, GLenum format, int width, int height, int layers,
+                               GLenum filter, struct pel_error *error);
 void pel_texture_destroy(struct pel_device *device, struct pel_texture *texture); /* accepts a zeroed one */
 
 struct pel_buffer {

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 // Classification before interpolation, and the slope of labels: what ray caster and slices share beyond the look-up of a value.
 #ifdef PRE
-// Pre-classification: opacity-weighted colours of the eight voxels, interpolated. Colour and opacity of one step; negative opacity for a void.
-vec4 pre_classify(vec3 p)
+// Pre-classification: opacity-weighted colours of the eight voxels, interpolated, and their opacity per unit distance; negative for a void.
+vec4 pre_interpolate(vec3 p)
 {
     ivec3 c = clamp(ivec3(floor(p)), ivec3(0), max(job.dims.xyz - 2, ivec3(0)));
     vec3 f = p - vec3(c);
@@ -16,6 +16,13 @@ vec4 pre_classify(vec3 p)
         vec4 point = entry(entry_of(raw), POINT);
         mixed += w.x * w.y * w.z * vec4(point.rgb * point.a, point.a);
     }
+    return mixed;
+}
+
+// Colour and opacity of one step.
+vec4 pre_classify(vec3 p)
+{
+    vec4 mixed = pre_interpolate(p);
     float alpha = mixed.a > 0.0 ? alpha_of_length(min(mixed.a, 1.0), job.table.w) : 0.0;
     return vec4(mixed.rgb * (alpha / (mixed.a > 0.0 ? mixed.a : 1.0)), alpha);
 }

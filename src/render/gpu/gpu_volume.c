@@ -5,6 +5,7 @@
 #include <math.h>
 #include <stdatomic.h>
 #include <stdlib.h>
+#include <string.h>
 
 #include "alloc.h"
 #include "fail.h"
@@ -75,7 +76,7 @@ struct pel_gpu_format pel_gpu_format_of(const struct pel_device *device, const s
 /* A box on its way, some slices at a time. */
 struct parcel {
     const struct pel_volume *volume;
-    struct pel_raw_scale raw;
+    const struct pel_gpu_format *format;
     const int *origin, *size;
     size_t first; /* slice of the box that comes first in the staging memory */
     char *staging;
@@ -83,15 +84,35 @@ struct parcel {
 
 #define BLOCK 256
 
-static void convert_wide(const struct parcel *p, size_t from, size_t n, float *to)
+static void convert_wide(const struct pel_volume *v, struct pel_raw_scale raw, size_t from, size_t n, float *to)
 {
     double values[BLOCK];
     for (size_t i = 0; i < n; i += BLOCK) {
         size_t count = n - i < BLOCK ? n - i : BLOCK;
-        pel_samples_load(p->volume, from + i, count, values);
+        pel_samples_load(v, from + i, count, values);
         for (size_t j = 0; j < count; j++)
-            to[i + j] = (float)((values[j] - p->raw.offset) / p->raw.scale);
+            to[i + j] = (float)((values[j] - raw.offset) / raw.scale);
     }
+}
+
+GLenum pel_gpu_sample_type(const struct pel_volume *volume, int *bytes)
+{
+    *bytes = types[volume->type].bytes;
+    return types[volume->type].type;
+}
+
+void pel_gpu_samples(const struct pel_gpu_format *format, const struct pel_volume *v, size_t from, size_t n, void *to)
+{
+    if (v->type == PEL_I8)
+        for (size_t i = 0; i < n; i++)
+            ((uint8_t *)to)[i] = (uint8_t)(((const uint8_t *)v->data)[from + i] ^ types[PEL_I8].flip);
+    else if (v->type == PEL_I16)
+        for (size_t i = 0; i < n; i++)
+            ((uint16_t *)to)[i] = (uint16_t)(((const uint16_t *)v->data)[from + i] ^ types[PEL_I16].flip);
+    else if (types[v->type].native)
+        memcpy(to, (const char *)v->data + from * (size_t)types[v->type].bytes, n * (size_t)types[v->type].bytes);
+    else
+        convert_wide(v, format->raw, from, n, to);
 }
 
 /* Converts one slice of the box into the staging memory. */
@@ -100,18 +121,10 @@ static void convert_slice(void *context, size_t z, int thread)
     (void)thread;
     const struct parcel *p = context;
     const struct pel_volume *v = p->volume;
-    size_t n = (size_t)p->size[0], rows = (size_t)p->size[1];
+    size_t n = (size_t)p->size[0], rows = (size_t)p->size[1], bytes = (size_t)types[v->type].bytes;
     for (size_t y = 0; y < rows; y++) {
         size_t from = (((size_t)p->origin[2] + p->first + z) * v->dims[1] + (size_t)p->origin[1] + y) * v->dims[0] + (size_t)p->origin[0];
-        size_t at = (z * rows + y) * n;
-        if (v->type == PEL_I8)
-            for (size_t i = 0; i < n; i++)
-                ((uint8_t *)p->staging)[at + i] = (uint8_t)(((const uint8_t *)v->data)[from + i] ^ types[PEL_I8].flip);
-        else if (v->type == PEL_I16)
-            for (size_t i = 0; i < n; i++)
-                ((uint16_t *)p->staging)[at + i] = (uint16_t)(((const uint16_t *)v->data)[from + i] ^ types[PEL_I16].flip);
-        else
-            convert_wide(p, from, n, (float *)p->staging + at);
+        pel_gpu_samples(p->format, v, from, n, p->staging + (z * rows + y) * n * bytes);
     }
 }
 
@@ -148,7 +161,7 @@ static bool send_slices(struct parcel *p, int threads, GLuint texture, struct pe
 bool pel_gpu_volume_upload(struct pel_device *device, const struct pel_gpu_format *format, const struct pel_volume *volume,
                            const int origin[3], const int size[3], int threads, struct pel_texture *to, struct pel_error *error)
 {
-    struct parcel parcel = { .volume = volume, .raw = format->raw, .origin = origin, .size = size };
+    struct parcel parcel = { .volume = volume, .format = format, .origin = origin, .size = size };
     return pel_texture_reserve(device, to, format->texture, size[0], size[1], size[2], format->voids ? GL_NEAREST : GL_LINEAR, error) &&
            send_slices(&parcel, threads, to->name, error) && pel_device_check(device, "upload", error);
 }

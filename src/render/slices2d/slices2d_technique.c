@@ -1,59 +1,73 @@
 /* SPDX-License-Identifier: MIT */
-/* Object-aligned slices. The paper (Rezk-Salama et al. 2000, section 4) keeps three stacks of 2D textures and lets the graphics card shear
- * and warp them without saying so; on the CPU the shear and the warp are explicit (Lacroute and Levoy 1994), in src/cpu/shear_warp.c. */
+/* Object-aligned slices. The paper (Rezk-Salama et al. 2000, section 4) keeps three stacks of 2D textures and lets the graphics card shear and
+ * warp them without saying so: on a GPU that is slices2d_gpu.c and the .glsl files beside it. On the CPU the shear and the warp are explicit
+ * (Lacroute and Levoy 1994), in src/cpu/shear_warp.c. */
 #include <stddef.h>
 #include <stdlib.h>
 
+#include "alloc.h"
 #include "fail.h"
 #include "shear_warp.h"
+#include "slices2d.h"
+#include "slices2d_gpu.h"
 #include "technique.h"
 #include "timer.h"
 
-enum correction { CORRECTION_EXACT, CORRECTION_LINEAR };
 static const char *const corrections[] = { "exact", "linear", NULL };
 static const char *const intermediates[] = { "voxel", "picture", NULL };
+static const char *const each[] = { "1", "2", "4", "8", NULL };
+static const char *const coordinates[] = { "corrected", "shared", NULL };
+static const char *const surfaces[] = { "crossing", "alpha-test", NULL };
+static const char *const lightings[] = { "scene", "global", "voxel", NULL };
 
-struct slices2d_options {
-    int supersampling;
-    enum correction correction;
-    enum pel_intermediate intermediate;
-    double rays;
-};
-
-#define AT(field) offsetof(struct slices2d_options, field)
+#define AT(field) offsetof(struct pel_slices2d_options, field)
 static const struct pel_option options[] = {
     { "supersampling", "Supersampling", "Slices composited for each slice of voxels; those between are interpolated", PEL_OPTION_INT,
       AT(supersampling), 1, 10, "1", NULL, NULL },
     { "opacity-correction", "Opacity correction",
       "How opacity follows the distance between slices along a ray: exactly, or scaled linearly as the paper does", PEL_OPTION_CHOICE,
       AT(correction), 0, 0, "exact", corrections, NULL },
-    { "intermediate", "Intermediate image", "What the rays of the intermediate image are as far apart as: voxels, or pixels of the picture",
+    { "intermediate", "Intermediate image", "What the rays of the CPU engine's intermediate image are as far apart as: voxels, or pixels of the picture",
       PEL_OPTION_CHOICE, AT(intermediate), 0, 0, "voxel", intermediates, NULL },
-    { "rays", "Rays", "Rays of the intermediate image along each axis, a voxel or a pixel", PEL_OPTION_DOUBLE, AT(rays), 0.25, 8, "1", NULL,
+    { "rays", "Rays", "Rays of the CPU engine's intermediate image along each axis, a voxel or a pixel", PEL_OPTION_DOUBLE, AT(rays), 0.25, 8, "1", NULL,
       NULL },
+    { "slices-per-polygon", "Slices a polygon", "Slices that the GPU engine maps on one polygon: the same picture, drawn sooner", PEL_OPTION_CHOICE,
+      AT(slices_per_polygon), 0, 0, "4", each, NULL },
+    { "texture-coordinates", "Texture coordinates",
+      "Of several slices on a polygon (GPU): corrected for where each lies, or shared, which shows them displaced", PEL_OPTION_CHOICE, AT(coordinates), 0, 0,
+      "corrected", coordinates, NULL },
+    { "blend", "Blend", "Within how many degrees about the switch from one stack to another both are drawn and blended (GPU)", PEL_OPTION_DOUBLE, AT(blend), 0,
+      45, "0", NULL, "degrees" },
+    { "surface", "Surface", "What of a slice an isosurface is (GPU): where the value crosses the isovalue before the next, or all that passes the paper's alpha test",
+      PEL_OPTION_CHOICE, AT(surface), 0, 0, "crossing", surfaces, NULL },
+    { "lighting", "Lighting",
+      "The scene's, or the paper's ambient and diffuse light (GPU): with a global ambient colour, or with the voxels' own", PEL_OPTION_CHOICE, AT(lighting), 0, 0,
+      "scene", lightings, NULL },
+    { "ambient-color", "Ambient colour", "Of lighting global", PEL_OPTION_COLOR, AT(ambient_color), 0, 0, "#202060", NULL, NULL },
     { NULL },
 };
 #undef AT
 
+/* One of the two: a renderer keeps to its device. */
+struct slicer {
+    struct pel_shear_warp *cpu;
+    struct pel_gpu_slices2d *gpu;
+};
+
 /* What slices cannot draw is refused, so that nobody takes another picture for the one asked for. */
-static bool check(const struct pel_scene *scene, struct pel_error *error)
+static bool check_cpu(const struct pel_scene *scene, struct pel_error *error)
 {
     if (scene->render.mode != PEL_MODE_COMPOSITE)
-        return pel_fail(error, PEL_ERROR_ARGUMENT, "slices2d draws mode composite alone; use the technique raycast for the others");
+        return pel_fail(error, PEL_ERROR_ARGUMENT, "slices2d draws mode composite alone on the CPU; use the technique raycast for the others");
     if (scene->render.classification != PEL_CLASSIFICATION_POST)
-        return pel_fail(error, PEL_ERROR_ARGUMENT, "slices2d classifies after interpolation (post) alone; use the technique raycast");
+        return pel_fail(error, PEL_ERROR_ARGUMENT, "slices2d classifies after interpolation (post) alone on the CPU; use the technique raycast");
     return true;
 }
 
-static bool prepare(void **state, const struct pel_frame *frame, struct pel_error *error)
+static bool prepare_cpu(struct pel_shear_warp *sw, const struct pel_frame *frame, struct pel_error *error)
 {
-    const struct slices2d_options *o = frame->options;
+    const struct pel_slices2d_options *o = frame->options;
     const unsigned changes = frame->changes;
-    struct pel_shear_warp *sw = *state;
-    if (!check(frame->scene, error))
-        return false;
-    if (!sw && !(sw = *state = pel_shear_warp_create(frame->threads, getenv("PELLUCID_ISA"), error)))
-        return false;
     double start = pel_now_ms();
     if (changes & PEL_CHANGE_VOLUME) {
         if (!pel_shear_warp_set_volume(sw, frame->scene->volume, error))
@@ -70,19 +84,36 @@ static bool prepare(void **state, const struct pel_frame *frame, struct pel_erro
         return false;
     }
     const struct pel_shear_settings settings = { o->supersampling, o->intermediate, o->rays };
-    if (!pel_shear_warp_aim(sw, frame->scene, &settings, o->correction == CORRECTION_LINEAR, frame->image->width, frame->image->height,
+    if (!pel_shear_warp_aim(sw, frame->scene, &settings, o->correction == PEL_CORRECTION_LINEAR, frame->image->width, frame->image->height,
                             error))
         return false;
     pel_frame_stage(frame, "factor", start);
     return true;
 }
 
-static bool draw(void *state, const struct pel_frame *frame, struct pel_error *error)
+static bool prepare(void **state, const struct pel_frame *frame, struct pel_error *error)
+{
+    struct slicer *slicer = *state;
+    if (!slicer && !(slicer = *state = pel_alloc(1, sizeof *slicer, "slices", error)))
+        return false;
+    if (frame->device) {
+        if (!slicer->gpu)
+            slicer->gpu = pel_gpu_slices2d_create(frame->device, error);
+        return slicer->gpu && pel_gpu_slices2d_prepare(slicer->gpu, frame, error);
+    }
+    if (!check_cpu(frame->scene, error))
+        return false;
+    if (!slicer->cpu)
+        slicer->cpu = pel_shear_warp_create(frame->threads, getenv("PELLUCID_ISA"), error);
+    return slicer->cpu && prepare_cpu(slicer->cpu, frame, error);
+}
+
+static bool draw_cpu(struct pel_shear_warp *sw, const struct pel_frame *frame, struct pel_error *error)
 {
     struct pel_shear_counters c;
     double stages[2];
-    frame->stats->isa = pel_shear_warp_isa(state);
-    if (!pel_shear_warp_draw(state, frame->scene, frame->progress, frame->image, &c, stages, error))
+    frame->stats->isa = pel_shear_warp_isa(sw);
+    if (!pel_shear_warp_draw(sw, frame->scene, frame->progress, frame->image, &c, stages, error))
         return false;
     double now = pel_now_ms();
     pel_frame_stage(frame, "shear", now - stages[0]);
@@ -97,20 +128,31 @@ static bool draw(void *state, const struct pel_frame *frame, struct pel_error *e
     return true;
 }
 
+static bool draw(void *state, const struct pel_frame *frame, struct pel_error *error)
+{
+    struct slicer *slicer = state;
+    return frame->device ? pel_gpu_slices2d_draw(slicer->gpu, frame, error) : draw_cpu(slicer->cpu, frame, error);
+}
+
 static void finish(void *state)
 {
-    pel_shear_warp_destroy(state);
+    struct slicer *slicer = state;
+    if (!slicer)
+        return;
+    pel_shear_warp_destroy(slicer->cpu);
+    pel_gpu_slices2d_destroy(slicer->gpu);
+    free(slicer);
 }
 
 extern const struct pel_technique pel_technique_slices2d;
 const struct pel_technique pel_technique_slices2d = {
     .info = {
         .name = "slices2d",
-        .summary = "Object-aligned slices (shear-warp): the picture under the moving hand; mode composite",
-        .citation = "Rezk-Salama, Engel, Bauer, Greiner, Ertl, Interactive volume rendering on standard PC graphics hardware using multi-textures and multi-stage rasterization, 2000, sections 4 and 5; Lacroute and Levoy, Fast volume rendering using a shear-warp factorization of the viewing transformation, 1994",
-        .engines = PEL_ENGINE_CPU,
+        .summary = "Object-aligned slices: the picture under the moving hand; mode composite, on a GPU isosurface and slice, too",
+        .citation = "Rezk-Salama, Engel, Bauer, Greiner, Ertl, Interactive volume rendering on standard PC graphics hardware using multi-textures and multi-stage rasterization, 2000; on the CPU Lacroute and Levoy, Fast volume rendering using a shear-warp factorization of the viewing transformation, 1994",
+        .engines = PEL_ENGINE_CPU | PEL_ENGINE_GPU,
         .options = options,
-        .options_size = sizeof(struct slices2d_options),
+        .options_size = sizeof(struct pel_slices2d_options),
     },
     .prepare = prepare,
     .draw = draw,
