@@ -6,6 +6,7 @@
 #include <stdlib.h>
 
 #include "alloc.h"
+#include "arrays.h"
 #include "drawing.h"
 #include "encode.h"
 #include "fail.h"
@@ -32,7 +33,7 @@ struct pel_gpu_slices2d {
     struct pel_texture entries, picture, layer, depth;
     struct pel_target target;
     struct pel_buffer block, slices_block, range, seen, corners;
-    struct pel_instances instances, strips;
+    struct pel_array polygons_array, strips_array;
     struct pel_gpu_timer timer;
     struct pel_gpu_counter fragments;
     uint64_t slices, polygons;
@@ -65,8 +66,8 @@ void pel_gpu_slices2d_destroy(struct pel_gpu_slices2d *s)
     for (size_t i = 0; i < sizeof buffers / sizeof *buffers; i++)
         pel_buffer_destroy(s->device, buffers[i]);
     pel_target_destroy(s->device, &s->target);
-    pel_instances_destroy(s->device, &s->instances);
-    pel_instances_destroy(s->device, &s->strips);
+    pel_array_destroy(s->device, &s->polygons_array);
+    pel_array_destroy(s->device, &s->strips_array);
     pel_gpu_timer_destroy(s->device, &s->timer);
     pel_gpu_counter_destroy(s->device, &s->fragments);
     pel_programs_finish(s->device, &s->programs);
@@ -255,7 +256,7 @@ static bool draw_slices(const struct drawing *d, const struct pel_slices_part *p
     bool all = !d->frame->scene->render.skip || !s->state.map_bytes;
     int count = seen ? pel_slices_seen(&s->job, part, &d->layout, polygons, all, seen, error) : -1;
     bool ok = count >= 0 && pel_buffer_fill(s->device, &s->seen, seen, (size_t)polygons * sizeof *seen, error) &&
-              pel_instances_bind(s->device, &s->instances, &s->seen, error);
+              pel_array_bind(s->device, &s->polygons_array, PEL_ARRAY_PAIRS, &s->seen, error);
     if (ok) {
         draw_polygons(d, color, polygons, depth, seen);
         s->polygons += (uint64_t)count;
@@ -274,7 +275,7 @@ static bool draw_strips(const struct drawing *d, const struct pel_slices_part *p
     if (depth)
         glBindImageTexture(IMAGE_DEPTH, s->depth.name, 0, GL_FALSE, 0, GL_WRITE_ONLY, GL_R32F);
     if (count > 0 && (ok = pel_buffer_fill(s->device, &s->corners, corners, (size_t)count * sizeof *corners, error) &&
-                           pel_corners_bind(s->device, &s->strips, &s->corners, error))) {
+                           pel_array_bind(s->device, &s->strips_array, PEL_ARRAY_CORNERS, &s->corners, error))) {
         glDrawArrays(GL_TRIANGLES, 0, count);
         s->polygons += (uint64_t)(count / 3);
     }
