@@ -62,7 +62,11 @@ own = {"composite.glsl": ["PRE", "PRE SHADE HEADLIGHTS VOIDS", "PRE BRICKS"], "e
        "half_fragment.glsl": ["PREINTEGRATED", "PRE"], "opaque_fragment.glsl": ["PREINTEGRATED"], "cube_fragment.glsl": ["SHOW"],
        "stop_fragment.glsl": ["GREATER"], "stretch_fragment.glsl": ["BAND"], "plain_fragment.glsl": ["BAND"],
        "classify.glsl": ["MODE=%d MODE_MIP=1 MODE_MINIP=2 MODE_ISOSURFACE=5" % mode for mode in (0, 1, 2, 5)]}
-for name, defines in itertools.chain(((n, d) for n in roots for d in common if n != "classify.glsl"), ((n, d) for n, ds in own.items() for d in ds)):
+slices = ["AXIS=%d LIGHTING=%d" % (axis, axis) for axis in (0, 1, 2)] + ["AXIS=1 LIGHTING=0 " + d for d in (
+    "VOIDS SHADE HEADLIGHTS", "NEAREST SHADE DEPTH", "PLAIN SHADE HEADLIGHTS", "PLAIN VOIDS", "PRE VOIDS SHADE", "PRE LINEAR_CORRECTION", "LINEAR_CORRECTION DISPLACED",
+    "ALPHA_TEST PLAIN DEPTH", "ALPHA_TEST VOIDS HEADLIGHTS", "DEPTH")]
+own.update({n: slices for n in roots if n.startswith("slices2d_")})
+for name, defines in itertools.chain(((n, d) for n in roots for d in common if n != "classify.glsl" and not n.startswith("slices2d_")), ((n, d) for n, ds in own.items() for d in ds)):
     if not glslang:
         continue
     source = text(name, defines).stdout

@@ -56,7 +56,7 @@ vec4 sample_slice(const SliceRay s, int m, out vec3 place)
     place.xy = s.at + (float(first_slice) + 0.5 * float(slices.polygons.x - 1)) * s.by;
 #endif
     place = clamp(place, vec3(0.0), vec3(job.dims.xyz.TO_STACK - 1)); // beside the box: cut off at its faces
-    return share > 0.0 ? classify(place, share * s.length) : vec4(0.0);
+    return share > 0.0 ? classify(place, share * s.steps) : vec4(0.0);
 }
 
 void main()

@@ -28,7 +28,7 @@ layout(std140, binding = 1) uniform SliceBlock {
 struct SliceRay {
     vec2 at, by;      // (u, v) at slice 0, and from slice to slice
     float from, to;   // the slices between which it runs inside the box, the clip planes and before the eye; not whole
-    float length;     // from slice to slice, in the job's steps
+    float steps;      // from slice to slice, in the job's steps
     float base, each; // along the ray, in units of D (job.glsl): slice 0, and from slice to slice
     float world;      // length of D
 };
@@ -69,7 +69,7 @@ bool slice_ray(vec2 pixel, out SliceRay s, out Ray r)
     s.base = (slices.stack.x - p.z) / d.z;
     s.by = s.each * d.xy;
     s.at = p.xy + s.base * d.xy;
-    s.length = s.each * s.world / job.ray.z;
+    s.steps = s.each * s.world / job.ray.z;
     vec3 lo = job.box_lo.xyz.TO_STACK, hi = job.box_hi.xyz.TO_STACK;
     float a = (lo.z - slices.stack.x) / slices.stack.y, b = (hi.z - slices.stack.x) / slices.stack.y;
     s.from = max(min(a, b), slices.stack.z);

@@ -19,16 +19,17 @@ struct polygon {
     double at[MOST_CORNERS][3];
 };
 
-/* Keeps what lies where side * at[axis] >= side * limit (Sutherland and Hodgman). */
+/* Keeps what lies where at[axis] >= limit (side 1) or < limit (-1; Sutherland and Hodgman): a plane that lies on a slice is in one strip. */
 static struct polygon cut(const struct polygon *p, int axis, double limit, int side)
 {
     struct polygon kept = { 0 };
     for (int i = 0; i < p->count; i++) {
         const double *a = p->at[i], *b = p->at[(i + 1) % p->count];
         double va = side * (a[axis] - limit), vb = side * (b[axis] - limit);
-        if (va >= 0 && kept.count < MOST_CORNERS)
+        bool in = side > 0 ? va >= 0 : va > 0, next_in = side > 0 ? vb >= 0 : vb > 0;
+        if (in && kept.count < MOST_CORNERS)
             memcpy(kept.at[kept.count++], a, sizeof kept.at[0]);
-        if ((va >= 0) != (vb >= 0) && kept.count < MOST_CORNERS) {
+        if (in != next_in && kept.count < MOST_CORNERS) {
             for (int c = 0; c < 3; c++)
                 kept.at[kept.count][c] = c == axis ? limit : a[c] + va / (va - vb) * (b[c] - a[c]);
             kept.count++;
