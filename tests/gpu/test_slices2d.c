@@ -404,6 +404,115 @@ static void test_refusals_and_stacks(void **state)
     pel_volume_finish(&volume);
 }
 
+/* A slice for two or three slices of voxels is a coarser picture of the same. */
+static void test_slice_step(void **state)
+{
+    (void)state;
+    need_device();
+    struct pel_volume volume;
+    struct pel_scene scene;
+    struct pel_image fine, coarse;
+    struct pel_renderer *renderer = gpu_renderer();
+    make_typed(&volume, &scene, PEL_U8, blob);
+    assert_true(pel_transfer_parse_opacity(&scene.transfer, "10:0,90:0.2", NULL));
+    for (int direction = 0; direction < 13; direction += 3) {
+        look_along(&scene, direction, direction & 1);
+        set(renderer, "slice-step", "1");
+        draw_slices(renderer, &scene, &fine);
+        uint64_t fragments = pel_renderer_stats(renderer)->counters[0].value;
+        for (int step = 2; step <= 3; step++) {
+            set(renderer, "slice-step", step == 2 ? "2" : "3");
+            draw_slices(renderer, &scene, &coarse);
+            check_at_least(psnr(&fine, &coarse), 30, "direction %d: PSNR of slice step %d, dB", direction, step);
+            check_at_most((double)pel_renderer_stats(renderer)->counters[0].value, 0.8 * (double)fragments, "fragments of slice step %d", step);
+            pel_image_finish(&coarse);
+        }
+        pel_image_finish(&fine);
+    }
+    pel_renderer_destroy(renderer);
+    pel_scene_finish(&scene);
+    pel_volume_finish(&volume);
+}
+
+/* State of a host program that would mislead us, and that it finds again. */
+static const GLenum odd_switches[] = { GL_DEPTH_TEST, GL_CULL_FACE, GL_STENCIL_TEST, GL_SCISSOR_TEST, GL_COLOR_LOGIC_OP };
+
+static void draw_oddly(GLuint array)
+{
+    for (size_t i = 0; i < sizeof odd_switches / sizeof *odd_switches; i++)
+        glEnable(odd_switches[i]);
+    glDepthFunc(GL_NEVER);
+    glPolygonMode(GL_FRONT_AND_BACK, GL_LINE);
+    glClipControl(GL_UPPER_LEFT, GL_ZERO_TO_ONE);
+    glViewport(1, 2, 3, 4);
+    glScissor(1, 1, 1, 1);
+    glBlendFunc(GL_ZERO, GL_DST_COLOR);
+    glColorMask(GL_FALSE, GL_TRUE, GL_FALSE, GL_TRUE);
+    glBindVertexArray(array);
+}
+
+static void check_odd(GLuint array)
+{
+    GLint got[4];
+    GLboolean mask[4];
+    for (size_t i = 0; i < sizeof odd_switches / sizeof *odd_switches; i++)
+        assert_true(glIsEnabled(odd_switches[i]));
+    const GLenum names[] = { GL_DEPTH_FUNC, GL_CLIP_ORIGIN, GL_BLEND_SRC_RGB, GL_BLEND_DST_RGB, GL_VERTEX_ARRAY_BINDING, GL_CURRENT_PROGRAM,
+                             GL_DRAW_FRAMEBUFFER_BINDING };
+    const GLint values[] = { GL_NEVER, GL_UPPER_LEFT, GL_ZERO, GL_DST_COLOR, (GLint)array, 0, 0 };
+    for (int i = 0; i < 7; i++) {
+        glGetIntegerv(names[i], got);
+        assert_int_equal(got[0], values[i]);
+    }
+    glGetIntegerv(GL_VIEWPORT, got);
+    for (int i = 0; i < 4; i++)
+        assert_int_equal(got[i], 1 + i);
+    glGetBooleanv(GL_COLOR_WRITEMASK, mask);
+    assert_false(mask[0]);
+    assert_true(mask[1]);
+}
+
+static void test_borrowed(void **state)
+{
+    (void)state;
+    need_device();
+    struct pel_volume volume;
+    struct pel_scene scene;
+    struct pel_image own, borrowed;
+    struct pel_error error = PEL_ERROR_INIT;
+    struct pel_renderer *renderer = gpu_renderer();
+    make_typed(&volume, &scene, PEL_U8, blob);
+    for (int mode = 0; mode < 3; mode++) {
+        scene.render.mode = mode == 0 ? PEL_MODE_COMPOSITE : mode == 1 ? PEL_MODE_ISOSURFACE : PEL_MODE_SLICE;
+        draw_slices(renderer, &scene, &own);
+        struct pel_device *host = pel_device_create(-1, NULL, &error); /* its context plays the host program's */
+        assert_non_null(host);
+        assert_true(pel_device_begin(host, &error));
+        struct pel_renderer_params params = PEL_RENDERER_PARAMS_INIT;
+        params.device = pel_device_wrap_current(&error);
+        assert_non_null(params.device);
+        struct pel_renderer *guest = pel_renderer_create(&params, &error);
+        assert_non_null(guest);
+        GLuint array;
+        glGenVertexArrays(1, &array);
+        draw_oddly(array);
+        draw_slices(guest, &scene, &borrowed);
+        check_odd(array);
+        check_at_most(largest_difference(&own, &borrowed), 0, "mode %d: in a host's context", mode);
+        pel_renderer_destroy(guest);
+        check_odd(array);
+        assert_int_equal(pel_device_objects(params.device), 0);
+        pel_device_destroy(params.device);
+        pel_device_end(host);
+        pel_device_destroy(host);
+        pel_image_finish(&own);
+        pel_image_finish(&borrowed);
+    }
+    pel_renderer_destroy(renderer);
+    pel_scene_finish(&scene);
+    pel_volume_finish(&volume);
+}
+
 /* The paper's ways show what they are for: light, a global ambient colour, displaced slices. */
 static void test_paper_ways(void **state)
 {
@@ -466,7 +575,8 @@ int main(void)
         cmocka_unit_test(test_reference),    cmocka_unit_test(test_directions), cmocka_unit_test(test_slices_a_polygon),
         cmocka_unit_test(test_against_cpu),  cmocka_unit_test(test_arbitrary_slices), cmocka_unit_test(test_surfaces),
         cmocka_unit_test(test_blend),        cmocka_unit_test(test_skipping),   cmocka_unit_test(test_refusals_and_stacks),
-        cmocka_unit_test(test_paper_ways),   cmocka_unit_test(test_thin),
+        cmocka_unit_test(test_paper_ways),   cmocka_unit_test(test_thin),       cmocka_unit_test(test_slice_step),
+        cmocka_unit_test(test_borrowed),
     };
     return cmocka_run_group_tests(tests, open_device, close_device);
 }

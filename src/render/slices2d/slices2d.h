@@ -17,6 +17,7 @@ struct pel_slices2d_options {
     enum pel_intermediate intermediate;
     double rays;
     /* The GPU engine's. */
+    int every;              /* a slice for so many slices of voxels */
     int slices_per_polygon; /* index into 1, 2, 4, 8 */
     enum pel_slices_coordinates coordinates;
     double blend; /* degrees */

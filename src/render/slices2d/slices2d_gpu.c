@@ -377,7 +377,8 @@ bool pel_gpu_slices2d_draw(struct pel_gpu_slices2d *s, const struct pel_frame *f
 {
     const struct pel_slices2d_options *o = frame->options;
     const struct drawing d = { .s = s, .frame = frame, .options = o, .perspective = !frame->scene->camera.parallel, .depth = frame->image->depth,
-                               .layout = { o->supersampling, 1 << o->slices_per_polygon, s->job.mode == PEL_MODE_ISOSURFACE && o->surface == PEL_SURFACE_CROSSING } };
+                               .layout = { o->supersampling, o->every, 1 << o->slices_per_polygon,
+                                           s->job.mode == PEL_MODE_ISOSURFACE && o->surface == PEL_SURFACE_CROSSING } };
     s->slices = s->polygons = 0;
     if (!reserve_picture(s, frame->image, error))
         return false;

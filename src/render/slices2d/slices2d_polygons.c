@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "alloc.h"
+#include "slices2d_schedule.h"
 #include "vec.h"
 
 #define DEGREES (180 / 3.14159265358979323846)
@@ -80,15 +81,16 @@ static double first_slice_at(const struct pel_job *job, const struct pel_slices_
     return part->sign > 0 ? 0 : job->dims[part->axis] - 1;
 }
 
-/* Slices a slice of voxels; there is nothing between a single one and the next. */
-static int supersampling_of(const struct pel_job *job, const struct pel_slices_part *part, const struct pel_slices_layout *layout)
+/* Slices of voxels from slice to slice; there is nothing between a single one and the next. */
+static double spacing_of(const struct pel_job *job, const struct pel_slices_part *part, const struct pel_slices_layout *layout)
 {
-    return job->dims[part->axis] > 1 ? layout->supersampling : 1;
+    return job->dims[part->axis] > 1 ? (double)layout->every / layout->supersampling : 1;
 }
 
 static int slices_of(const struct pel_job *job, const struct pel_slices_part *part, const struct pel_slices_layout *layout)
 {
-    return (job->dims[part->axis] - 1) * supersampling_of(job, part, layout) + 1;
+    const struct pel_slices_quality quality = { layout->supersampling, layout->every, layout->each };
+    return pel_slices_count(&quality, job->dims[part->axis]);
 }
 
 /* Number of the first slice: a single slice of voxels has a stretch before it, too. */
@@ -101,7 +103,7 @@ int pel_slices_lay(const struct pel_job *job, bool perspective, const struct pel
                    struct pel_slices_block *block)
 {
     const int c = part->axis, *axis = axes[c], count = slices_of(job, part, layout), base = base_of(job, part, layout);
-    const double step = (double)part->sign / supersampling_of(job, part, layout), first = first_slice_at(job, part);
+    const double step = part->sign * spacing_of(job, part, layout), first = first_slice_at(job, part);
     double eye[3], pixel = 0;
     where_eye_is(job, eye);
     for (int a = 0; a < 3; a++)
@@ -152,8 +154,8 @@ static void layers_of(const struct pel_job *job, const struct pel_slices_part *p
 {
     const int last = job->cell_dims[part->axis] - 1;
     double m = base_of(job, part, layout) + polygon * layout->each, end = m + layout->each - (layout->surfaces ? 0 : 1), k[2];
-    k[0] = first_slice_at(job, part) + part->sign * m / supersampling_of(job, part, layout);
-    k[1] = first_slice_at(job, part) + part->sign * end / supersampling_of(job, part, layout);
+    k[0] = first_slice_at(job, part) + part->sign * m * spacing_of(job, part, layout);
+    k[1] = first_slice_at(job, part) + part->sign * end * spacing_of(job, part, layout);
     for (int i = 0; i < 2; i++) {
         int cell = (int)floor((i ? fmax(k[0], k[1]) + 1e-6 : fmin(k[0], k[1]) - 1e-6) / PEL_CELL_SIZE);
         layers[i] = cell < 0 ? 0 : cell > last ? last : cell;

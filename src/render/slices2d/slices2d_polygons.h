@@ -28,7 +28,8 @@ struct pel_slices_block {
 };
 
 struct pel_slices_layout {
-    int supersampling, each; /* slices a slice of voxels, and a polygon */
+    int supersampling, every; /* slices for so many slices of voxels */
+    int each;                 /* slices a polygon */
     bool surfaces;           /* polygons take the stretches from slice to slice, not slabs around slices */
 };
 

@@ -31,6 +31,8 @@ static const struct pel_option options[] = {
       PEL_OPTION_CHOICE, AT(intermediate), 0, 0, "voxel", intermediates, NULL },
     { "rays", "Rays", "Rays of the CPU engine's intermediate image along each axis, a voxel or a pixel", PEL_OPTION_DOUBLE, AT(rays), 0.25, 8, "1", NULL,
       NULL },
+    { "slice-step", "Slice step", "One slice for so many slices of voxels (GPU): what moves need not be as fine as what rests", PEL_OPTION_INT, AT(every), 1, 8,
+      "1", NULL, NULL },
     { "slices-per-polygon", "Slices a polygon", "Slices that the GPU engine maps on one polygon: the same picture, drawn sooner", PEL_OPTION_CHOICE,
       AT(slices_per_polygon), 0, 0, "4", each, NULL },
     { "texture-coordinates", "Texture coordinates",
@@ -55,12 +57,14 @@ struct slicer {
 };
 
 /* What slices cannot draw is refused, so that nobody takes another picture for the one asked for. */
-static bool check_cpu(const struct pel_scene *scene, struct pel_error *error)
+static bool check_cpu(const struct pel_scene *scene, const struct pel_slices2d_options *o, struct pel_error *error)
 {
     if (scene->render.mode != PEL_MODE_COMPOSITE)
         return pel_fail(error, PEL_ERROR_ARGUMENT, "slices2d draws mode composite alone on the CPU; use the technique raycast for the others");
     if (scene->render.classification != PEL_CLASSIFICATION_POST)
         return pel_fail(error, PEL_ERROR_ARGUMENT, "slices2d classifies after interpolation (post) alone on the CPU; use the technique raycast");
+    if (o->every > 1 || o->blend > 0 || o->lighting != PEL_LIGHTING_SCENE || o->coordinates != PEL_COORDINATES_CORRECTED)
+        return pel_fail(error, PEL_ERROR_ARGUMENT, "slices2d: slice-step, blend, lighting and texture-coordinates are the GPU engine's; use --device gpu");
     return true;
 }
 
@@ -101,7 +105,7 @@ static bool prepare(void **state, const struct pel_frame *frame, struct pel_erro
             slicer->gpu = pel_gpu_slices2d_create(frame->device, error);
         return slicer->gpu && pel_gpu_slices2d_prepare(slicer->gpu, frame, error);
     }
-    if (!check_cpu(frame->scene, error))
+    if (!check_cpu(frame->scene, frame->options, error))
         return false;
     if (!slicer->cpu)
         slicer->cpu = pel_shear_warp_create(frame->threads, getenv("PELLUCID_ISA"), error);
