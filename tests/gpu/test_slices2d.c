@@ -59,7 +59,7 @@ static void clip(struct pel_scene *scene)
     double bounds[6];
     scene->clip_plane_count = 1;
     memcpy(scene->clip_planes[0].origin, scene->slice.origin, sizeof scene->slice.origin);
-    memcpy(scene->clip_planes[0].normal, (double[3]){ 1, 1, 0.3 }, sizeof scene->clip_planes[0].normal);
+    memcpy(scene->clip_planes[0].normal, (double[3]) { 1, 1, 0.3 }, sizeof scene->clip_planes[0].normal);
     pel_volume_bounds(scene->volume, bounds);
     for (int i = 0; i < 6; i++)
         scene->clip_box[i] = bounds[i] + (i % 2 ? -0.15 : 0.1) * (bounds[i | 1] - bounds[i & ~1]);
@@ -90,7 +90,8 @@ static void test_reference(void **state)
             scene.linear_light = variant == 3;
             draw(&scene, "reference", WIDTH, HEIGHT, &truth);
             draw_slices(renderer, &scene, &gpu);
-            check_at_least(psnr(&truth, &gpu), 40, "%s, variant %d: PSNR of slices against the reference, dB", pel_type_name(volumes[i].type), variant);
+            check_at_least(psnr(&truth, &gpu), 40, "%s, variant %d: PSNR of slices against the reference, dB",
+                           pel_type_name(volumes[i].type), variant);
             pel_image_finish(&truth);
             pel_image_finish(&gpu);
             pel_scene_finish(&scene);
@@ -211,7 +212,11 @@ static void test_against_cpu(void **state)
         draw_slices_sized(cpu, &scene, 4 * WIDTH, 4 * HEIGHT, &a);
         draw_slices_sized(gpu, &scene, 4 * WIDTH, 4 * HEIGHT, &b);
         /* Voxels as blocks and cut faces have edges, which the warp smoothes. */
-        check_at_least(psnr(&a, &b), variant >= 16 ? 33 : variant & 4 ? 40 : 45, "variant %d: PSNR of the GPU's slices against the CPU's, dB", variant);
+        check_at_least(psnr(&a, &b),
+                       variant >= 16 ? 33
+                       : variant & 4 ? 40
+                                     : 45,
+                       "variant %d: PSNR of the GPU's slices against the CPU's, dB", variant);
         pel_image_finish(&a);
         pel_image_finish(&b);
     }
@@ -245,7 +250,8 @@ static void test_arbitrary_slices(void **state)
             draw_slices(renderer, &scene, &strips);
             check_at_most(largest_difference(&cast, &strips), i == 1 ? 1 : 1.0 / 255, "volume %d, variant %d: strips", i, variant);
             check_at_least(psnr(&cast, &strips), 45, "volume %d, variant %d: PSNR of strips, dB", i, variant);
-            check_at_most(largest_depth_difference(&cast, &strips), i == 1 ? INFINITY : 0.01, "volume %d, variant %d: depth of strips", i, variant);
+            check_at_most(largest_depth_difference(&cast, &strips), i == 1 ? INFINITY : 0.01, "volume %d, variant %d: depth of strips", i,
+                          variant);
             pel_image_finish(&cast);
             pel_image_finish(&strips);
         }
@@ -268,7 +274,7 @@ static void test_surfaces(void **state)
     scene.render.mode = PEL_MODE_ISOSURFACE;
     scene.light_count = 2;
     scene.lights[0].color[2] = 0.2;
-    scene.lights[1] = (struct pel_light){ .headlight = false, .direction = { 1, 2, -1 }, .color = { 0.6, 0.5, 0.9 } };
+    scene.lights[1] = (struct pel_light) { .headlight = false, .direction = { 1, 2, -1 }, .color = { 0.6, 0.5, 0.9 } };
     set(renderer, "supersampling", "2");
     draw(&scene, "reference", WIDTH, HEIGHT, &truth);
     draw_slices(renderer, &scene, &crossing);
@@ -304,13 +310,13 @@ static void test_blend(void **state)
     make_typed(&volume, &scene, PEL_U8, blob);
     for (int a = 0; a < 3; a++)
         volume.spacing[a] = 1;
-    memcpy(volume.direction[1], (double[3]){ 0, 1, 0 }, sizeof volume.direction[1]);
+    memcpy(volume.direction[1], (double[3]) { 0, 1, 0 }, sizeof volume.direction[1]);
     for (int i = 0; i < 2; i++) {
         struct pel_image before, behind;
         set(renderer, "blend", i ? "10" : "0");
-        look_parallel(&scene, (double[3]){ 1, 0.996, 0.2 }, 60, 18);
+        look_parallel(&scene, (double[3]) { 1, 0.996, 0.2 }, 60, 18);
         draw_slices(renderer, &scene, &before);
-        look_parallel(&scene, (double[3]){ 0.996, 1, 0.2 }, 60, 18);
+        look_parallel(&scene, (double[3]) { 0.996, 1, 0.2 }, 60, 18);
         draw_slices(renderer, &scene, &behind);
         jumps[i] = psnr(&before, &behind);
         pel_image_finish(&before);
@@ -330,7 +336,7 @@ static void test_skipping(void **state)
     struct pel_volume volume;
     struct pel_scene scene;
     struct pel_renderer *renderer = gpu_renderer();
-    make_sized(&volume, &scene, (const size_t[3]){ 45, 41, 38 }, PEL_U8, blob);
+    make_sized(&volume, &scene, (const size_t[3]) { 45, 41, 38 }, PEL_U8, blob);
     assert_true(pel_transfer_parse_opacity(&scene.transfer, "40:0,60:0.4", NULL));
     for (int direction = 0; direction < 27; direction += 2) {
         struct pel_image with, without;
@@ -388,7 +394,7 @@ static void test_refusals_and_stacks(void **state)
     device->info.max_texture_2d = side;
     uint64_t bytes = 0;
     for (int axis = 0; axis < 3; axis++) {
-        look_parallel(&scene, (double[3]){ axis == 0, axis == 1, axis == 2 }, 60, 18);
+        look_parallel(&scene, (double[3]) { axis == 0, axis == 1, axis == 2 }, 60, 18);
         assert_true(pel_renderer_draw(renderer, &scene, "slices2d", &image, NULL));
         for (int i = 0; i < pel_renderer_stats(renderer)->counter_count; i++)
             if (!strcmp(pel_renderer_stats(renderer)->counters[i].name, "bytes of slices")) {
@@ -424,7 +430,8 @@ static void test_slice_step(void **state)
             set(renderer, "slice-step", step == 2 ? "2" : "3");
             draw_slices(renderer, &scene, &coarse);
             check_at_least(psnr(&fine, &coarse), 30, "direction %d: PSNR of slice step %d, dB", direction, step);
-            check_at_most((double)pel_renderer_stats(renderer)->counters[0].value, 0.8 * (double)fragments, "fragments of slice step %d", step);
+            check_at_most((double)pel_renderer_stats(renderer)->counters[0].value, 0.8 * (double)fragments, "fragments of slice step %d",
+                          step);
             pel_image_finish(&coarse);
         }
         pel_image_finish(&fine);
@@ -457,8 +464,8 @@ static void check_odd(GLuint array)
     GLboolean mask[4];
     for (size_t i = 0; i < sizeof odd_switches / sizeof *odd_switches; i++)
         assert_true(glIsEnabled(odd_switches[i]));
-    const GLenum names[] = { GL_DEPTH_FUNC, GL_CLIP_ORIGIN, GL_BLEND_SRC_RGB, GL_BLEND_DST_RGB, GL_VERTEX_ARRAY_BINDING, GL_CURRENT_PROGRAM,
-                             GL_DRAW_FRAMEBUFFER_BINDING };
+    const GLenum names[] = { GL_DEPTH_FUNC,           GL_CLIP_ORIGIN,     GL_BLEND_SRC_RGB,           GL_BLEND_DST_RGB,
+                             GL_VERTEX_ARRAY_BINDING, GL_CURRENT_PROGRAM, GL_DRAW_FRAMEBUFFER_BINDING };
     const GLint values[] = { GL_NEVER, GL_UPPER_LEFT, GL_ZERO, GL_DST_COLOR, (GLint)array, 0, 0 };
     for (int i = 0; i < 7; i++) {
         glGetIntegerv(names[i], got);
@@ -540,7 +547,8 @@ static void test_paper_ways(void **state)
     pel_volume_finish(&volume);
 }
 
-/* Volumes of one voxel along an axis or two. Seen along it there is one slice for all of it, so that the CPU's slices are what they are held to. */
+/* Volumes of one voxel along an axis or two. Seen along it there is one slice for all of it, so that the CPU's slices are what they are
+ * held to. */
 static void test_thin(void **state)
 {
     (void)state;
@@ -572,10 +580,18 @@ static void test_thin(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_reference),    cmocka_unit_test(test_directions), cmocka_unit_test(test_slices_a_polygon),
-        cmocka_unit_test(test_against_cpu),  cmocka_unit_test(test_arbitrary_slices), cmocka_unit_test(test_surfaces),
-        cmocka_unit_test(test_blend),        cmocka_unit_test(test_skipping),   cmocka_unit_test(test_refusals_and_stacks),
-        cmocka_unit_test(test_paper_ways),   cmocka_unit_test(test_thin),       cmocka_unit_test(test_slice_step),
+        cmocka_unit_test(test_reference),
+        cmocka_unit_test(test_directions),
+        cmocka_unit_test(test_slices_a_polygon),
+        cmocka_unit_test(test_against_cpu),
+        cmocka_unit_test(test_arbitrary_slices),
+        cmocka_unit_test(test_surfaces),
+        cmocka_unit_test(test_blend),
+        cmocka_unit_test(test_skipping),
+        cmocka_unit_test(test_refusals_and_stacks),
+        cmocka_unit_test(test_paper_ways),
+        cmocka_unit_test(test_thin),
+        cmocka_unit_test(test_slice_step),
         cmocka_unit_test(test_borrowed),
     };
     return cmocka_run_group_tests(tests, open_device, close_device);

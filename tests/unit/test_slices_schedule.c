@@ -32,11 +32,11 @@ static struct pel_slices_quality run(struct pel_slices_scheduler *s, int frames,
 static void test_counts(void **state)
 {
     (void)state;
-    assert_int_equal(pel_slices_count(&(struct pel_slices_quality){ 1, 1, 1 }, VOXELS), 257);
-    assert_int_equal(pel_slices_count(&(struct pel_slices_quality){ 4, 1, 1 }, VOXELS), 1025);
-    assert_int_equal(pel_slices_count(&(struct pel_slices_quality){ 1, 2, 1 }, VOXELS), 129);
-    assert_int_equal(pel_slices_count(&(struct pel_slices_quality){ 1, 8, 1 }, 10), 3);
-    assert_int_equal(pel_slices_count(&(struct pel_slices_quality){ 10, 1, 1 }, 1), 1);
+    assert_int_equal(pel_slices_count(&(struct pel_slices_quality) { 1, 1, 1 }, VOXELS), 257);
+    assert_int_equal(pel_slices_count(&(struct pel_slices_quality) { 4, 1, 1 }, VOXELS), 1025);
+    assert_int_equal(pel_slices_count(&(struct pel_slices_quality) { 1, 2, 1 }, VOXELS), 129);
+    assert_int_equal(pel_slices_count(&(struct pel_slices_quality) { 1, 8, 1 }, 10), 3);
+    assert_int_equal(pel_slices_count(&(struct pel_slices_quality) { 10, 1, 1 }, 1), 1);
 }
 
 static void test_nothing_known(void **state)
@@ -95,7 +95,7 @@ static void test_change_of_cost(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_counts),       cmocka_unit_test(test_nothing_known), cmocka_unit_test(test_budget),
+        cmocka_unit_test(test_counts),       cmocka_unit_test(test_nothing_known),  cmocka_unit_test(test_budget),
         cmocka_unit_test(test_rest_is_best), cmocka_unit_test(test_change_of_cost),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

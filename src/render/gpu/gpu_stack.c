@@ -49,8 +49,8 @@ static void gather_row(void *context, size_t v, int thread)
     }
 }
 
-bool pel_gpu_stack_upload(struct pel_device *device, const struct pel_gpu_format *format, const struct pel_volume *volume, int axis, int threads,
-                          struct pel_texture *to, struct pel_error *error)
+bool pel_gpu_stack_upload(struct pel_device *device, const struct pel_gpu_format *format, const struct pel_volume *volume, int axis,
+                          int threads, struct pel_texture *to, struct pel_error *error)
 {
     const size_t *dims = volume->dims;
     struct sending s = { .format = format, .volume = volume, .axis = axis, .width = dims[axis == 0], .height = dims[axis == 2 ? 1 : 2] };
@@ -67,7 +67,8 @@ bool pel_gpu_stack_upload(struct pel_device *device, const struct pel_gpu_format
     for (; ok && s.first < dims[axis]; s.first += s.count) {
         s.count = dims[axis] - s.first < chunk ? dims[axis] - s.first : chunk;
         pel_parallel_for(threads, s.height, gather_row, &s);
-        glTextureSubImage3D(to->name, 0, 0, 0, (GLint)s.first, (GLsizei)s.width, (GLsizei)s.height, (GLsizei)s.count, GL_RED, type, s.layers);
+        glTextureSubImage3D(to->name, 0, 0, 0, (GLint)s.first, (GLsizei)s.width, (GLsizei)s.height, (GLsizei)s.count, GL_RED, type,
+                            s.layers);
     }
     free(s.layers);
     free(s.stretch);

@@ -27,10 +27,10 @@ struct pel_gpu_format pel_gpu_format_of(const struct pel_device *device, const s
 bool pel_gpu_volume_upload(struct pel_device *device, const struct pel_gpu_format *format, const struct pel_volume *volume,
                            const int origin[3], const int size[3], int threads, struct pel_texture *to, struct pel_error *error);
 
-/* The same of the whole volume as a stack of 2D slices along an index axis, an array texture: layer k is the slice at k. Axis 0: slices of (y, z);
- * 1: of (x, z); 2: of (x, y). */
-bool pel_gpu_stack_upload(struct pel_device *device, const struct pel_gpu_format *format, const struct pel_volume *volume, int axis, int threads,
-                          struct pel_texture *to, struct pel_error *error);
+/* The same of the whole volume as a stack of 2D slices along an index axis, an array texture: layer k is the slice at k. Axis 0: slices of
+ * (y, z); 1: of (x, z); 2: of (x, y). */
+bool pel_gpu_stack_upload(struct pel_device *device, const struct pel_gpu_format *format, const struct pel_volume *volume, int axis,
+                          int threads, struct pel_texture *to, struct pel_error *error);
 
 /* How samples are sent: GL's type, and the bytes of one; and samples from `from` on as they are sent. */
 GLenum pel_gpu_sample_type(const struct pel_volume *volume, int *bytes);

@@ -24,7 +24,7 @@ struct pel_gpu_slices2d {
     struct pel_device *device;
     struct pel_programs programs;
     struct pel_gpu_format format;
-    struct pel_texture stacks[3];   /* by axis, each sent when it is first needed */
+    struct pel_texture stacks[3]; /* by axis, each sent when it is first needed */
     struct pel_minmax minmax;
     struct pel_classification_state state;
     struct pel_job job;
@@ -87,13 +87,15 @@ static bool check(const struct pel_gpu_slices2d *s, const struct pel_frame *fram
         return pel_fail(error, PEL_ERROR_ARGUMENT,
                         "slices2d draws the modes composite, isosurface and slice on a GPU; use the technique raycast for the others");
     if (r->mode == PEL_MODE_COMPOSITE && r->classification == PEL_CLASSIFICATION_PREINTEGRATED)
-        return pel_fail(error, PEL_ERROR_ARGUMENT, "slices2d cannot pre-integrate; use the classification post or pre, or the technique raycast");
+        return pel_fail(error, PEL_ERROR_ARGUMENT,
+                        "slices2d cannot pre-integrate; use the classification post or pre, or the technique raycast");
     glGetIntegerv(GL_MAX_ARRAY_TEXTURE_LAYERS, &layers);
     for (int a = 0; a < 3; a++)
         if (dims[a] > (size_t)s->device->info.max_texture_2d || dims[a] > (size_t)layers)
-            return pel_fail(error, PEL_ERROR_UNSUPPORTED,
-                            "slices2d: %zu x %zu x %zu voxels are more than the GPU's stacks hold (%d a side, %d slices); use the technique raycast", dims[0],
-                            dims[1], dims[2], s->device->info.max_texture_2d, layers);
+            return pel_fail(
+                error, PEL_ERROR_UNSUPPORTED,
+                "slices2d: %zu x %zu x %zu voxels are more than the GPU's stacks hold (%d a side, %d slices); use the technique raycast",
+                dims[0], dims[1], dims[2], s->device->info.max_texture_2d, layers);
     return true;
 }
 
@@ -122,7 +124,7 @@ static void choose_stack_of_plane(struct pel_gpu_slices2d *s)
     for (int a = 1; a < 3; a++)
         if (fabs(plane[a]) > fabs(plane[axis]))
             axis = a;
-    *part = (struct pel_slices_part){ axis, 1, false, 1 };
+    *part = (struct pel_slices_part) { axis, 1, false, 1 };
     s->part_count = 1;
 }
 
@@ -154,7 +156,8 @@ bool pel_gpu_slices2d_prepare(struct pel_gpu_slices2d *s, const struct pel_frame
         for (int a = 0; a < 3; a++)
             s->job.dims[a] = (int32_t)scene->volume->dims[a];
     }
-    if (frame->changes & (PEL_CHANGE_VOLUME | PEL_CHANGE_TRANSFER | PEL_CHANGE_ISOSURFACES | PEL_CHANGE_SETTINGS) && !classify(s, frame, error))
+    if (frame->changes & (PEL_CHANGE_VOLUME | PEL_CHANGE_TRANSFER | PEL_CHANGE_ISOSURFACES | PEL_CHANGE_SETTINGS) &&
+        !classify(s, frame, error))
         return false;
     pel_rays_setup(&s->job, scene, frame->image->width, frame->image->height);
     if (scene->render.mode == PEL_MODE_SLICE)
@@ -182,7 +185,8 @@ static GLuint program(const struct drawing *d, const struct pel_slices_part *par
                                              [PEL_MODE_SLICE] = "slices2d_strip_fragment.glsl" };
     const struct pel_job *job = &d->s->job;
     const enum pel_mode mode = job->mode;
-    const bool composite = mode == PEL_MODE_COMPOSITE, alpha_test = mode == PEL_MODE_ISOSURFACE && d->options->surface == PEL_SURFACE_ALPHA_TEST;
+    const bool composite = mode == PEL_MODE_COMPOSITE,
+               alpha_test = mode == PEL_MODE_ISOSURFACE && d->options->surface == PEL_SURFACE_ALPHA_TEST;
     const struct {
         const char *word;
         bool on;
@@ -199,12 +203,14 @@ static GLuint program(const struct drawing *d, const struct pel_slices_part *par
         { "DEPTH", depth },
     };
     char defines[512];
-    int length = snprintf(defines, sizeof defines, "#define AXIS %d\n#define LIGHTING %d\n", part->axis, mode == PEL_MODE_SLICE ? 0 : d->options->lighting);
+    int length = snprintf(defines, sizeof defines, "#define AXIS %d\n#define LIGHTING %d\n", part->axis,
+                          mode == PEL_MODE_SLICE ? 0 : d->options->lighting);
     for (size_t i = 0; i < sizeof words / sizeof *words; i++)
         if (words[i].on)
             length += snprintf(defines + length, sizeof defines - (size_t)length, "#define %s\n", words[i].word);
-    return pel_programs_find_drawing(d->s->device, &d->s->programs, mode == PEL_MODE_SLICE ? "slices2d_strip_vertex.glsl" : "slices2d_vertex.glsl",
-                                     fragments[mode], defines, error);
+    return pel_programs_find_drawing(d->s->device, &d->s->programs,
+                                     mode == PEL_MODE_SLICE ? "slices2d_strip_vertex.glsl" : "slices2d_vertex.glsl", fragments[mode],
+                                     defines, error);
 }
 
 static bool send_blocks(const struct drawing *d, const struct pel_slices_part *part, int *polygons, struct pel_error *error)
@@ -229,7 +235,8 @@ static bool send_blocks(const struct drawing *d, const struct pel_slices_part *p
     return true;
 }
 
-/* All polygons by one call. With depth each by its own: it must see what those before it have left, to know where half the light is gathered. */
+/* All polygons by one call. With depth each by its own: it must see what those before it have left, to know where half the light is
+ * gathered. */
 static void draw_polygons(const struct drawing *d, const struct pel_texture *color, int polygons, bool depth, uint32_t (*seen)[2])
 {
     if (!depth) {
@@ -248,11 +255,11 @@ static void draw_polygons(const struct drawing *d, const struct pel_texture *col
     }
 }
 
-static bool draw_slices(const struct drawing *d, const struct pel_slices_part *part, const struct pel_texture *color, bool depth, int polygons,
-                        struct pel_error *error)
+static bool draw_slices(const struct drawing *d, const struct pel_slices_part *part, const struct pel_texture *color, bool depth,
+                        int polygons, struct pel_error *error)
 {
     struct pel_gpu_slices2d *s = d->s;
-    uint32_t (*seen)[2] = pel_alloc_aligned((size_t)polygons, sizeof *seen, "polygons", error);
+    uint32_t(*seen)[2] = pel_alloc_aligned((size_t)polygons, sizeof *seen, "polygons", error);
     bool all = !d->frame->scene->render.skip || !s->state.map_bytes;
     int count = seen ? pel_slices_seen(&s->job, part, &d->layout, polygons, all, seen, error) : -1;
     bool ok = count >= 0 && pel_buffer_fill(s->device, &s->seen, seen, (size_t)polygons * sizeof *seen, error) &&
@@ -269,7 +276,7 @@ static bool draw_slices(const struct drawing *d, const struct pel_slices_part *p
 static bool draw_strips(const struct drawing *d, const struct pel_slices_part *part, bool depth, struct pel_error *error)
 {
     struct pel_gpu_slices2d *s = d->s;
-    float (*corners)[4];
+    float(*corners)[4];
     int count = pel_slices_strips(&s->job, part->axis, &corners, error);
     bool ok = count >= 0;
     if (depth)
@@ -283,7 +290,8 @@ static bool draw_strips(const struct drawing *d, const struct pel_slices_part *p
     return ok;
 }
 
-static bool draw_part(const struct drawing *d, const struct pel_slices_part *part, const struct pel_texture *color, bool depth, struct pel_error *error)
+static bool draw_part(const struct drawing *d, const struct pel_slices_part *part, const struct pel_texture *color, bool depth,
+                      struct pel_error *error)
 {
     const struct pel_pass pass = { .color_write = true, .blending = PEL_BLEND_BEHIND };
     struct pel_gpu_slices2d *s = d->s;
@@ -333,8 +341,8 @@ static bool reserve_picture(struct pel_gpu_slices2d *s, const struct pel_image *
     const float nothing[4] = { 0 }, nowhere = INFINITY;
     const int most = s->device->info.max_texture_2d;
     if (image->width > most || image->height > most || (uint64_t)image->width * (uint64_t)image->height > INT32_MAX / (4 * sizeof(float)))
-        return pel_fail(error, PEL_ERROR_UNSUPPORTED, "a picture of %d x %d is more than the GPU engine draws; use --device cpu", image->width,
-                        image->height);
+        return pel_fail(error, PEL_ERROR_UNSUPPORTED, "a picture of %d x %d is more than the GPU engine draws; use --device cpu",
+                        image->width, image->height);
     if (!pel_texture_reserve(s->device, &s->picture, GL_RGBA32F, image->width, image->height, 0, GL_NEAREST, error) ||
         (s->part_count > 1 && !pel_texture_reserve(s->device, &s->layer, GL_RGBA32F, image->width, image->height, 0, GL_NEAREST, error)) ||
         (image->depth && !pel_texture_reserve(s->device, &s->depth, GL_R32F, image->width, image->height, 0, GL_NEAREST, error)))
@@ -376,7 +384,11 @@ static void note_counters(struct pel_gpu_slices2d *s, const struct pel_frame *fr
 bool pel_gpu_slices2d_draw(struct pel_gpu_slices2d *s, const struct pel_frame *frame, struct pel_error *error)
 {
     const struct pel_slices2d_options *o = frame->options;
-    const struct drawing d = { .s = s, .frame = frame, .options = o, .perspective = !frame->scene->camera.parallel, .depth = frame->image->depth,
+    const struct drawing d = { .s = s,
+                               .frame = frame,
+                               .options = o,
+                               .perspective = !frame->scene->camera.parallel,
+                               .depth = frame->image->depth,
                                .layout = { o->supersampling, o->every, 1 << o->slices_per_polygon,
                                            s->job.mode == PEL_MODE_ISOSURFACE && o->surface == PEL_SURFACE_CROSSING } };
     s->slices = s->polygons = 0;

@@ -34,7 +34,7 @@ int pel_slices_parts(const struct pel_job *job, bool perspective, double blend, 
 {
     int which[PEL_SHEAR_PARTS], count = pel_shear_parts(job, perspective, which);
     for (int i = 0; i < count; i++)
-        parts[i] = (struct pel_slices_part){ which[i] / 2, which[i] % 2 ? -1 : 1, count > 1, 1 };
+        parts[i] = (struct pel_slices_part) { which[i] / 2, which[i] % 2 ? -1 : 1, count > 1, 1 };
     if (count > 1 || blend <= 0)
         return count;
     double weights[3];
@@ -43,7 +43,7 @@ int pel_slices_parts(const struct pel_job *job, bool perspective, double blend, 
     for (int a = 0; a < 3; a++) {
         double d = job->d0[a] + job->dx[a] * (job->width - 1) / 2 + job->dy[a] * (job->height - 1) / 2;
         if (a != parts[0].axis && weights[a] > 0)
-            parts[count++] = (struct pel_slices_part){ a, d < 0 ? -1 : 1, false, weights[a] };
+            parts[count++] = (struct pel_slices_part) { a, d < 0 ? -1 : 1, false, weights[a] };
     }
     return count;
 }
@@ -54,8 +54,8 @@ static void where_eye_is(const struct pel_job *job, double eye[3])
         eye[a] = job->p0[a] + job->s_least * job->d0[a];
 }
 
-/* Rows of the matrix from stack space to pixels. Every ray of a perspective camera goes through the eye: q - eye is w (d0 + x dx + y dy); in
- * parallel q - p0 is x px + y py and a multiple of d0. */
+/* Rows of the matrix from stack space to pixels. Every ray of a perspective camera goes through the eye: q - eye is w (d0 + x dx + y dy);
+ * in parallel q - p0 is x px + y py and a multiple of d0. */
 static void picture_matrix(const struct pel_job *job, bool perspective, const int axis[3], float rows[3][4])
 {
     double columns[3][3], inverse[3][3], from[3];
@@ -108,7 +108,7 @@ int pel_slices_lay(const struct pel_job *job, bool perspective, const struct pel
     where_eye_is(job, eye);
     for (int a = 0; a < 3; a++)
         pixel = fmax(pixel, fabs(job->px[a]) + fabs(job->py[a]));
-    *block = (struct pel_slices_block){
+    *block = (struct pel_slices_block) {
         .stack = { (float)first, (float)step, perspective ? (float)((eye[c] - first) / step) : -1e9f, (float)count },
         .polygons = { layout->each, base, part->split, part->sign < 0 },
         .rules = { (float)(0.5 + 4 * pixel), perspective, layout->surfaces ? 0 : 0.5f, layout->surfaces ? 1 : 0.5f },
@@ -139,7 +139,8 @@ static void layer_extents(const struct pel_job *job, const int axis[3], bool all
     const int *cells = job->cell_dims;
     int at[3];
     for (int i = 0; i < cells[axis[2]]; i++)
-        extents[i] = all ? (struct extent){ { 0, 0 }, { cells[axis[0]], cells[axis[1]] } } : (struct extent){ { INT32_MAX, INT32_MAX }, { 0, 0 } };
+        extents[i] =
+            all ? (struct extent) { { 0, 0 }, { cells[axis[0]], cells[axis[1]] } } : (struct extent) { { INT32_MAX, INT32_MAX }, { 0, 0 } };
     for (at[2] = 0; !all && at[2] < cells[2]; at[2]++)
         for (at[1] = 0; at[1] < cells[1]; at[1]++) {
             const uint8_t *row = job->marks + ((size_t)at[2] << job->cell_slice_shift) + ((size_t)at[1] << job->cell_row_shift);
@@ -150,7 +151,8 @@ static void layer_extents(const struct pel_job *job, const int axis[3], bool all
 }
 
 /* The layers of cells that a polygon's slices read. */
-static void layers_of(const struct pel_job *job, const struct pel_slices_part *part, const struct pel_slices_layout *layout, int polygon, int layers[2])
+static void layers_of(const struct pel_job *job, const struct pel_slices_part *part, const struct pel_slices_layout *layout, int polygon,
+                      int layers[2])
 {
     const int last = job->cell_dims[part->axis] - 1;
     double m = base_of(job, part, layout) + polygon * layout->each, end = m + layout->each - (layout->surfaces ? 0 : 1), k[2];
@@ -162,8 +164,8 @@ static void layers_of(const struct pel_job *job, const struct pel_slices_part *p
     }
 }
 
-int pel_slices_seen(const struct pel_job *job, const struct pel_slices_part *part, const struct pel_slices_layout *layout, int polygons, bool all,
-                    uint32_t (*seen)[2], struct pel_error *error)
+int pel_slices_seen(const struct pel_job *job, const struct pel_slices_part *part, const struct pel_slices_layout *layout, int polygons,
+                    bool all, uint32_t (*seen)[2], struct pel_error *error)
 {
     const int *axis = axes[part->axis];
     struct extent *extents = pel_alloc((size_t)job->cell_dims[axis[2]], sizeof *extents, "layers of cells", error);
@@ -182,7 +184,8 @@ int pel_slices_seen(const struct pel_job *job, const struct pel_slices_part *par
             }
         seen[p][0] = seen[p][1] = 0;
         for (int i = 0; i < 2 && e.to[0] > 0; i++) {
-            int to = e.to[i] * PEL_CELL_SIZE, last = job->dims[axis[i]]; /* a single voxel reaches half a voxel to both sides: the polygon's margin */
+            int to = e.to[i] * PEL_CELL_SIZE,
+                last = job->dims[axis[i]]; /* a single voxel reaches half a voxel to both sides: the polygon's margin */
             seen[p][i] = (uint32_t)(e.from[i] * PEL_CELL_SIZE) | (uint32_t)(to < last ? to : last) << 16;
         }
         count += e.to[0] > 0;

@@ -30,7 +30,7 @@ struct pel_slices_block {
 struct pel_slices_layout {
     int supersampling, every; /* slices for so many slices of voxels */
     int each;                 /* slices a polygon */
-    bool surfaces;           /* polygons take the stretches from slice to slice, not slabs around slices */
+    bool surfaces;            /* polygons take the stretches from slice to slice, not slabs around slices */
 };
 
 /* Fills the block (but `ambient`) for a part; gives the number of polygons. */
@@ -39,8 +39,8 @@ int pel_slices_lay(const struct pel_job *job, bool perspective, const struct pel
 
 /* For each polygon the stretches of u and v in which anything can be seen, as from | to << 16 in voxels; 0, 0 where nothing can. From the
  * marks of cells, unless `all`. Gives the number of polygons that can be seen. */
-int pel_slices_seen(const struct pel_job *job, const struct pel_slices_part *part, const struct pel_slices_layout *layout, int polygons, bool all,
-                    uint32_t (*seen)[2], struct pel_error *error);
+int pel_slices_seen(const struct pel_job *job, const struct pel_slices_part *part, const struct pel_slices_layout *layout, int polygons,
+                    bool all, uint32_t (*seen)[2], struct pel_error *error);
 
 /* The cross-section of the job's slice plane with the box, in strips between slices of voxels (section 9), as triangles: four floats a
  * corner, stack space and the slice of voxels before. Gives the number of corners; *corners is to be freed. Negative on failure. */

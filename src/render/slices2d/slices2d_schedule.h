@@ -23,8 +23,9 @@ int pel_slices_count(const struct pel_slices_quality *quality, int voxels);
 /* Takes in what a frame cost; a change of scene or size shows after some frames. */
 void pel_slices_measured(struct pel_slices_scheduler *scheduler, const struct pel_slices_quality *quality, int voxels, double ms);
 
-/* The next frame's quality. At rest: `best`, with the number of slices a polygon that costs least. Under interaction: the finest sampling, at
- * most the best, whose frame stays within the budget as far as is known; numbers of slices a polygon that were not tried yet are tried. */
+/* The next frame's quality. At rest: `best`, with the number of slices a polygon that costs least. Under interaction: the finest sampling,
+ * at most the best, whose frame stays within the budget as far as is known; numbers of slices a polygon that were not tried yet are tried.
+ */
 struct pel_slices_quality pel_slices_schedule(const struct pel_slices_scheduler *scheduler, bool interacting, double budget_ms, int voxels,
                                               const struct pel_slices_quality *best);
 

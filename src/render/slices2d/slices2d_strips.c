@@ -19,7 +19,8 @@ struct polygon {
     double at[MOST_CORNERS][3];
 };
 
-/* Keeps what lies where at[axis] >= limit (side 1) or < limit (-1; Sutherland and Hodgman): a plane that lies on a slice is in one strip. */
+/* Keeps what lies where at[axis] >= limit (side 1) or < limit (-1; Sutherland and Hodgman): a plane that lies on a slice is in one strip.
+ */
 static struct polygon cut(const struct polygon *p, int axis, double limit, int side)
 {
     struct polygon kept = { 0 };

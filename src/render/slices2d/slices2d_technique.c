@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
-/* Object-aligned slices. The paper (Rezk-Salama et al. 2000, section 4) keeps three stacks of 2D textures and lets the graphics card shear and
- * warp them without saying so: on a GPU that is slices2d_gpu.c and the .glsl files beside it. On the CPU the shear and the warp are explicit
- * (Lacroute and Levoy 1994), in src/cpu/shear_warp.c. */
+/* Object-aligned slices. The paper (Rezk-Salama et al. 2000, section 4) keeps three stacks of 2D textures and lets the graphics card shear
+ * and warp them without saying so: on a GPU that is slices2d_gpu.c and the .glsl files beside it. On the CPU the shear and the warp are
+ * explicit (Lacroute and Levoy 1994), in src/cpu/shear_warp.c. */
 #include <stddef.h>
 #include <stdlib.h>
 
@@ -27,24 +27,26 @@ static const struct pel_option options[] = {
     { "opacity-correction", "Opacity correction",
       "How opacity follows the distance between slices along a ray: exactly, or scaled linearly as the paper does", PEL_OPTION_CHOICE,
       AT(correction), 0, 0, "exact", corrections, NULL },
-    { "intermediate", "Intermediate image", "What the rays of the CPU engine's intermediate image are as far apart as: voxels, or pixels of the picture",
-      PEL_OPTION_CHOICE, AT(intermediate), 0, 0, "voxel", intermediates, NULL },
-    { "rays", "Rays", "Rays of the CPU engine's intermediate image along each axis, a voxel or a pixel", PEL_OPTION_DOUBLE, AT(rays), 0.25, 8, "1", NULL,
-      NULL },
-    { "slice-step", "Slice step", "One slice for so many slices of voxels (GPU): what moves need not be as fine as what rests", PEL_OPTION_INT, AT(every), 1, 8,
-      "1", NULL, NULL },
-    { "slices-per-polygon", "Slices a polygon", "Slices that the GPU engine maps on one polygon: the same picture, drawn sooner", PEL_OPTION_CHOICE,
-      AT(slices_per_polygon), 0, 0, "4", each, NULL },
+    { "intermediate", "Intermediate image",
+      "What the rays of the CPU engine's intermediate image are as far apart as: voxels, or pixels of the picture", PEL_OPTION_CHOICE,
+      AT(intermediate), 0, 0, "voxel", intermediates, NULL },
+    { "rays", "Rays", "Rays of the CPU engine's intermediate image along each axis, a voxel or a pixel", PEL_OPTION_DOUBLE, AT(rays), 0.25,
+      8, "1", NULL, NULL },
+    { "slice-step", "Slice step", "One slice for so many slices of voxels (GPU): what moves need not be as fine as what rests",
+      PEL_OPTION_INT, AT(every), 1, 8, "1", NULL, NULL },
+    { "slices-per-polygon", "Slices a polygon", "Slices that the GPU engine maps on one polygon: the same picture, drawn sooner",
+      PEL_OPTION_CHOICE, AT(slices_per_polygon), 0, 0, "4", each, NULL },
     { "texture-coordinates", "Texture coordinates",
-      "Of several slices on a polygon (GPU): corrected for where each lies, or shared, which shows them displaced", PEL_OPTION_CHOICE, AT(coordinates), 0, 0,
-      "corrected", coordinates, NULL },
-    { "blend", "Blend", "Within how many degrees about the switch from one stack to another both are drawn and blended (GPU)", PEL_OPTION_DOUBLE, AT(blend), 0,
-      45, "0", NULL, "degrees" },
-    { "surface", "Surface", "What of a slice an isosurface is (GPU): where the value crosses the isovalue before the next, or all that passes the paper's alpha test",
+      "Of several slices on a polygon (GPU): corrected for where each lies, or shared, which shows them displaced", PEL_OPTION_CHOICE,
+      AT(coordinates), 0, 0, "corrected", coordinates, NULL },
+    { "blend", "Blend", "Within how many degrees about the switch from one stack to another both are drawn and blended (GPU)",
+      PEL_OPTION_DOUBLE, AT(blend), 0, 45, "0", NULL, "degrees" },
+    { "surface", "Surface",
+      "What of a slice an isosurface is (GPU): where the value crosses the isovalue to the next, or what passes the paper's alpha test",
       PEL_OPTION_CHOICE, AT(surface), 0, 0, "crossing", surfaces, NULL },
     { "lighting", "Lighting",
-      "The scene's, or the paper's ambient and diffuse light (GPU): with a global ambient colour, or with the voxels' own", PEL_OPTION_CHOICE, AT(lighting), 0, 0,
-      "scene", lightings, NULL },
+      "The scene's, or the paper's ambient and diffuse light (GPU): with a global ambient colour, or with the voxels' own",
+      PEL_OPTION_CHOICE, AT(lighting), 0, 0, "scene", lightings, NULL },
     { "ambient-color", "Ambient colour", "Of lighting global", PEL_OPTION_COLOR, AT(ambient_color), 0, 0, "#202060", NULL, NULL },
     { NULL },
 };
@@ -60,11 +62,14 @@ struct slicer {
 static bool check_cpu(const struct pel_scene *scene, const struct pel_slices2d_options *o, struct pel_error *error)
 {
     if (scene->render.mode != PEL_MODE_COMPOSITE)
-        return pel_fail(error, PEL_ERROR_ARGUMENT, "slices2d draws mode composite alone on the CPU; use the technique raycast for the others");
+        return pel_fail(error, PEL_ERROR_ARGUMENT,
+                        "slices2d draws mode composite alone on the CPU; use the technique raycast for the others");
     if (scene->render.classification != PEL_CLASSIFICATION_POST)
-        return pel_fail(error, PEL_ERROR_ARGUMENT, "slices2d classifies after interpolation (post) alone on the CPU; use the technique raycast");
+        return pel_fail(error, PEL_ERROR_ARGUMENT,
+                        "slices2d classifies after interpolation (post) alone on the CPU; use the technique raycast");
     if (o->every > 1 || o->blend > 0 || o->lighting != PEL_LIGHTING_SCENE || o->coordinates != PEL_COORDINATES_CORRECTED)
-        return pel_fail(error, PEL_ERROR_ARGUMENT, "slices2d: slice-step, blend, lighting and texture-coordinates are the GPU engine's; use --device gpu");
+        return pel_fail(error, PEL_ERROR_ARGUMENT,
+                        "slices2d: slice-step, blend, lighting and texture-coordinates are the GPU engine's; use --device gpu");
     return true;
 }
 
