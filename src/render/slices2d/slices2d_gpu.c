@@ -156,10 +156,11 @@ bool pel_gpu_slices2d_prepare(struct pel_gpu_slices2d *s, const struct pel_frame
         for (int a = 0; a < 3; a++)
             s->job.dims[a] = (int32_t)scene->volume->dims[a];
     }
-    if (frame->changes & (PEL_CHANGE_VOLUME | PEL_CHANGE_TRANSFER | PEL_CHANGE_ISOSURFACES | PEL_CHANGE_SETTINGS) &&
+    if (frame->changes & (PEL_CHANGE_VOLUME | PEL_CHANGE_TRANSFER | PEL_CHANGE_ISOSURFACES | PEL_CHANGE_SETTINGS |
+                          PEL_CHANGE_STEP) &&
         !classify(s, frame, error))
         return false;
-    pel_rays_setup(&s->job, scene, frame->image->width, frame->image->height);
+    pel_rays_setup(&s->job, scene, frame->jitter, frame->image->width, frame->image->height);
     if (scene->render.mode == PEL_MODE_SLICE)
         choose_stack_of_plane(s);
     else

@@ -17,7 +17,7 @@ float voxel(ivec3 at)
 {
     float raw = texel_to_raw(texelFetch(stack, clamp(at, ivec3(0), job.dims.xyz - 1).TO_STACK, 0).r);
 #ifdef VOIDS
-    if (!(abs(raw) <= 3.4e38) || (job.raw.w != 0.0 && raw == job.raw.z))
+    if (!(abs(raw) <= 3.4e38) || abs(raw - job.raw.z) <= job.raw.w)
         return nan();
 #endif
     return raw;
