@@ -30,6 +30,36 @@ const struct option_extra *option_extra_find(const struct option_group *group, c
     return NULL;
 }
 
+/* One list a drawing command, made when it is first asked for. */
+const struct option_group *option_groups(const struct command *command)
+{
+    enum { MOST_COMMANDS = 8 };
+    static struct {
+        const struct command *command;
+        struct option_group groups[MAX_GROUPS + 1];
+        char titles[MAX_GROUPS][64];
+    } lists[MOST_COMMANDS];
+    if (!command->draws)
+        return command->groups;
+    int l = 0, count = 0;
+    while (l < MOST_COMMANDS - 1 && lists[l].command && lists[l].command != command)
+        l++;
+    if (lists[l].command == command)
+        return lists[l].groups;
+    memset(&lists[l], 0, sizeof lists[l]);
+    lists[l].command = command;
+    for (; command->groups[count].title; count++)
+        lists[l].groups[count] = command->groups[count];
+    const struct pel_technique_info *technique;
+    for (size_t i = 0; count < MAX_GROUPS && (technique = pel_technique_at(i)); i++)
+        if (technique->options[0].name) {
+            snprintf(lists[l].titles[count], sizeof lists[l].titles[count], "Technique %s", technique->name);
+            lists[l].groups[count] = (struct option_group) { lists[l].titles[count], technique->options, NULL };
+            count++;
+        }
+    return lists[l].groups;
+}
+
 static void add_flag(struct flags *flags, const char *name, int has_argument, int group, int row, bool negated)
 {
     flags->list[flags->count] = (struct option) { name, has_argument, NULL, FIRST_FLAG + flags->count };
@@ -46,8 +76,9 @@ static void build_flags(struct flags *flags, const struct command *command)
     *letter++ = ':'; /* a missing value is told apart from an unknown flag */
     *letter++ = 'h';
     add_flag(flags, "help", no_argument, -1, 0, false);
-    for (int g = 0; command->groups && command->groups[g].title && g < MAX_GROUPS; g++) {
-        const struct option_group *group = &command->groups[g];
+    const struct option_group *groups = option_groups(command);
+    for (int g = 0; groups && groups[g].title && g < MAX_GROUPS; g++) {
+        const struct option_group *group = &groups[g];
         for (int r = 0; group->rows[r].name && r < MAX_ROWS; r++) {
             const struct pel_option *row = &group->rows[r];
             const struct option_extra *extra = option_extra_find(group, row->name);
@@ -73,7 +104,7 @@ static void build_flags(struct flags *flags, const struct command *command)
 static int flag_of_letter(const struct flags *flags, const struct command *command, int letter)
 {
     for (int i = 1; i < flags->count; i++) {
-        const struct option_group *group = &command->groups[flags->meaning[i].group];
+        const struct option_group *group = &option_groups(command)[flags->meaning[i].group];
         const struct option_extra *extra = option_extra_find(group, group->rows[flags->meaning[i].row].name);
         if (extra && extra->letter == letter && !flags->meaning[i].negated)
             return i;
@@ -129,7 +160,7 @@ static const char *optional_value(const struct pel_option *row, const char *next
 
 static bool assign(struct arguments *arguments, int g, int r, const char *text, struct pel_error *error)
 {
-    const struct pel_option *row = &arguments->command->groups[g].rows[r];
+    const struct pel_option *row = &option_groups(arguments->command)[g].rows[r];
     if (row->type == PEL_OPTION_TEXT && strlen(text) >= PEL_OPTION_TEXT_SIZE)
         return tool_fail(error, PEL_ERROR_ARGUMENT, "--%s: the text is longer than %d bytes", row->name, PEL_OPTION_TEXT_SIZE - 1);
     if (!pel_option_set(row, arguments->objects[g], text, error)) {
@@ -138,6 +169,15 @@ static bool assign(struct arguments *arguments, int g, int r, const char *text, 
         return tool_fail(error, error->code, "--%.500s", old); /* the row's name begins it */
     }
     arguments->text[g][r] = text;
+    const struct option_group *groups = option_groups(arguments->command);
+    for (int other = g + 1; groups[other].title; other++) { /* techniques may share an option's name */
+        const struct pel_option *same = pel_option_find(groups[other].rows, row->name);
+        if (!same)
+            continue;
+        if (!pel_option_set(same, arguments->objects[other], text, error))
+            return tool_fail_in(error, groups[other].title);
+        arguments->text[other][same - groups[other].rows] = text;
+    }
     return !arguments->assigned || arguments->assigned(arguments->user, row, error);
 }
 
@@ -145,7 +185,7 @@ static bool assign(struct arguments *arguments, int g, int r, const char *text, 
 static bool take_flag(struct arguments *arguments, const struct flags *flags, int index, int argc, char **argv, struct pel_error *error)
 {
     int g = flags->meaning[index].group, r = flags->meaning[index].row;
-    const struct option_group *group = &arguments->command->groups[g];
+    const struct option_group *group = &option_groups(arguments->command)[g];
     const char *text = optarg;
     if (flags->meaning[index].negated)
         text = "false";
@@ -198,7 +238,7 @@ static bool parse(struct arguments *arguments, int argc, char **argv, struct pel
 
 int arguments_parse(struct arguments *arguments, int argc, char **argv)
 {
-    const struct option_group *groups = arguments->command->groups;
+    const struct option_group *groups = option_groups(arguments->command);
     for (int g = 0; groups && groups[g].title; g++)
         pel_option_defaults(groups[g].rows, arguments->objects[g]);
     struct pel_error error = PEL_ERROR_INIT;
@@ -228,7 +268,7 @@ int arguments_parse_operands(struct arguments *arguments, int argc, char **argv,
 
 const char *arguments_given(const struct arguments *arguments, const char *name)
 {
-    const struct option_group *groups = arguments->command->groups;
+    const struct option_group *groups = option_groups(arguments->command);
     for (int g = 0; groups && groups[g].title; g++)
         for (int r = 0; groups[g].rows[r].name; r++)
             if (strcmp(groups[g].rows[r].name, name) == 0 && arguments->text[g][r])
@@ -238,7 +278,7 @@ const char *arguments_given(const struct arguments *arguments, const char *name)
 
 bool arguments_overlay(const struct arguments *arguments, int group, void *object, struct pel_error *error)
 {
-    const struct pel_option *rows = arguments->command->groups[group].rows;
+    const struct pel_option *rows = option_groups(arguments->command)[group].rows;
     for (int r = 0; rows[r].name; r++)
         if (arguments->text[group][r] && !pel_option_set(&rows[r], object, arguments->text[group][r], error))
             return false;

@@ -6,7 +6,7 @@
 
 #include "tool.h"
 
-enum { MAX_GROUPS = 12, MAX_ROWS = 48 };
+enum { MAX_GROUPS = 20, MAX_ROWS = 48 };
 
 struct arguments {
     const struct command *command;

@@ -10,7 +10,7 @@ typedef void option_visitor(const struct command *command, const struct pel_opti
 
 static void each_option(const struct command *command, option_visitor *visit)
 {
-    for (const struct option_group *group = command->groups; group && group->title; group++)
+    for (const struct option_group *group = option_groups(command); group && group->title; group++)
         for (const struct pel_option *row = group->rows; row->name; row++)
             visit(command, row, option_extra_find(group, row->name));
     const struct pel_dataset *dataset;

@@ -41,7 +41,7 @@ static void markdown_group(const struct option_group *group, const char *heading
 
 static bool is_shared(const struct option_group *group)
 {
-    for (const struct option_group *g = command_render.groups; g->title; g++)
+    for (const struct option_group *g = option_groups(&command_render); g->title; g++)
         if (g->rows == group->rows)
             return true;
     return false;
@@ -58,7 +58,7 @@ static void markdown_command(const struct command *command)
         putchar('\n');
     }
     bool shared = false;
-    for (const struct option_group *group = command->groups; group && group->title; group++) {
+    for (const struct option_group *group = option_groups(command); group && group->title; group++) {
         if (command != &command_render && is_shared(group))
             shared = true;
         else
@@ -171,7 +171,7 @@ static void roff_command(const struct command *command)
         putchar('\n');
     }
     bool shared = false;
-    for (const struct option_group *group = command->groups; group && group->title; group++) {
+    for (const struct option_group *group = option_groups(command); group && group->title; group++) {
         if (command != &command_render && is_shared(group))
             shared = true;
         else

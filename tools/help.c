@@ -111,7 +111,7 @@ void help_command(const struct command *command, FILE *stream)
         fputc('\n', stream);
         print_wrapped(stream, command->description, 0, 0);
     }
-    for (const struct option_group *group = command->groups; group && group->title; group++) {
+    for (const struct option_group *group = option_groups(command); group && group->title; group++) {
         if (!group->rows[0].name)
             continue;
         fprintf(stream, "\n%s:\n", group->title);

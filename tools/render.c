@@ -260,7 +260,8 @@ static bool draw(const struct values *values, const struct arguments *arguments,
     params.progress = progress_callback(progress);
     pel_image_init(&image);
     struct pel_renderer *renderer = pel_renderer_create(&params, error);
-    if (!renderer || !pel_image_allocate(&image, values->scene.size[0], values->scene.size[1], values->depth[0], error))
+    if (!renderer || !scene_set_techniques(renderer, arguments, error) ||
+        !pel_image_allocate(&image, values->scene.size[0], values->scene.size[1], values->depth[0], error))
         goto cleanup;
     const int draws = 1 + loaded->scene.render.refine; /* of a picture */
     progress_begin(progress, "drawing", frames * draws);
@@ -337,5 +338,6 @@ const struct command command_render = {
                 "  pellucid render scan.nii.gz -o turn.png --turntable 90\n"
                 "  pellucid render scan.nii.gz -o - --stats json > scan.png",
     .groups = groups,
+    .draws = true,
     .run = run,
 };

@@ -186,6 +186,18 @@ void scene_arguments_attach(struct arguments *arguments, struct scene_arguments 
         arguments->objects[g] = values;
     arguments->objects[GROUP_OPTICS] = &values->render;
     arguments->objects[GROUP_CAMERA] = &values->camera;
+    for (int g = GROUP_OWN + 1; g < MAX_GROUPS; g++)
+        arguments->objects[g] = values->techniques[g - GROUP_OWN];
     arguments->assigned = assigned;
     arguments->user = values;
+}
+
+bool scene_set_techniques(struct pel_renderer *renderer, const struct arguments *arguments, struct pel_error *error)
+{
+    const struct pel_technique_info *technique;
+    int group = GROUP_OWN + 1;
+    for (size_t i = 0; (technique = pel_technique_at(i)); i++)
+        if (technique->options[0].name && !arguments_overlay(arguments, group++, pel_renderer_options(renderer, technique->name), error))
+            return false;
+    return true;
 }

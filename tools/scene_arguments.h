@@ -6,6 +6,19 @@
 #include "arguments.h"
 #include "progress.h"
 
+/* The groups of the shared options; a command's own group comes after them. */
+enum {
+    GROUP_INPUT,
+    GROUP_TRANSFER,
+    GROUP_SURFACES,
+    GROUP_OPTICS,
+    GROUP_LIGHT,
+    GROUP_CAMERA,
+    GROUP_MOVES,
+    GROUP_ENGINE,
+    GROUP_OWN, /* the command's; then those of the techniques */
+};
+
 /* What the flags set. Fields of the library's own structs come in `render` and `camera`. */
 struct scene_arguments {
     char scene[PEL_OPTION_TEXT_SIZE], array[PEL_OPTION_TEXT_SIZE], raw[PEL_OPTION_TEXT_SIZE];
@@ -43,20 +56,10 @@ struct scene_arguments {
     double gpu_memory; /* MB */
     int threads;
     bool quiet;
+
+    max_align_t techniques[MAX_GROUPS - GROUP_OWN][32]; /* the objects of their options, in the order of the groups */
 };
 
-/* The groups of the shared options; a command's own group comes after them. */
-enum {
-    GROUP_INPUT,
-    GROUP_TRANSFER,
-    GROUP_SURFACES,
-    GROUP_OPTICS,
-    GROUP_LIGHT,
-    GROUP_CAMERA,
-    GROUP_MOVES,
-    GROUP_ENGINE,
-    GROUP_OWN, /* the command's */
-};
 extern const struct pel_option input_rows[], transfer_rows[], surface_rows[], light_rows[], move_rows[], engine_rows[];
 extern const struct option_extra input_extras[], transfer_extras[], surface_extras[], light_extras[], move_extras[], engine_extras[];
 
@@ -90,6 +93,9 @@ struct loaded_scene {
 bool scene_load(struct loaded_scene *loaded, const struct arguments *arguments, const struct scene_arguments *values, const char *path,
                 struct progress *progress, struct pel_error *error);
 void scene_unload(struct loaded_scene *loaded);
+
+/* Gives a renderer the techniques' options that were given. */
+bool scene_set_techniques(struct pel_renderer *renderer, const struct arguments *arguments, struct pel_error *error);
 
 /* Sets the scene's camera: the base camera with the moves of the flags, after a further turn by `azimuth` degrees. */
 void scene_move_camera(struct loaded_scene *loaded, const struct scene_arguments *values, double azimuth);

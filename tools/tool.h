@@ -39,8 +39,12 @@ struct command {
     const char *description; /* paragraphs, separated by an empty line; nullable */
     const char *examples;    /* lines; nullable */
     const struct option_group *groups;
+    bool draws; /* takes the techniques' own options, too (option_groups) */
     int (*run)(const struct command *command, int argc, char **argv); /* argv[0] is the command's name; gives the exit status */
 };
+
+/* A command's groups of options: its own, and where it draws, a group more for each technique that has options. */
+const struct option_group *option_groups(const struct command *command);
 
 /* The commands in the order of the help; NULL at the end. */
 const struct command *command_at(size_t index);

@@ -24,6 +24,7 @@ struct pel_technique_info {
     const char *citation; /* the paper and section, or NULL */
     unsigned engines;     /* PEL_ENGINE_* it runs on */
     const struct pel_option *options; /* its own rows, beyond pel_render_options; an empty table where it has none */
+    size_t options_size; /* bytes of the object that they describe (pel_renderer_options); 0 where there are none */
 };
 
 /* The techniques in the order in which they are listed; NULL at the end. */
@@ -80,6 +81,10 @@ bool pel_renderer_draw(struct pel_renderer *renderer, const struct pel_scene *sc
  *
  * True where another draw of the scene last drawn would change nothing: it was drawn, and refine is 0 or N frames are averaged. */
 bool pel_renderer_finished(const struct pel_renderer *renderer);
+
+/* The technique's own options: the object that the rows of pel_technique_info.options describe. It belongs to the renderer, starts with the
+ * rows' defaults, and each draw reads it; set it with pel_option_set. NULL where the technique has no options or does not exist. */
+void *pel_renderer_options(struct pel_renderer *renderer, const char *technique);
 
 /* Statistics of the last draw; valid until the next. */
 const struct pel_frame_stats *pel_renderer_stats(const struct pel_renderer *renderer);

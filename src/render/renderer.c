@@ -22,18 +22,26 @@ struct seen {
     struct pel_render_settings drawn; /* with which the technique drew it: refined frames have a step of their own */
     struct pel_volume volume;
     int width, height;
+    void *options; /* owned copy */
 };
 
 struct pel_renderer {
     struct pel_renderer_params params;
     int threads;
     void *states[MAX_TECHNIQUES];
+    void *options[MAX_TECHNIQUES]; /* owned; NULL where a technique has none */
     struct seen *seen[MAX_TECHNIQUES];
     struct pel_refinement refinement; /* of the view that was drawn last */
     bool finished;
     size_t last; /* technique that drew */
     struct pel_frame_stats stats;
 };
+
+static void free_options(struct pel_renderer *r)
+{
+    for (size_t i = 0; pel_techniques[i]; i++)
+        free(r->options[i]);
+}
 
 struct pel_renderer *pel_renderer_create(const struct pel_renderer_params *params, struct pel_error *error)
 {
@@ -42,13 +50,35 @@ struct pel_renderer *pel_renderer_create(const struct pel_renderer_params *param
         return NULL;
     r->params = params ? *params : (struct pel_renderer_params)PEL_RENDERER_PARAMS_INIT;
     r->threads = pel_threads(r->params.threads);
+    for (size_t i = 0; pel_techniques[i]; i++) {
+        const struct pel_technique_info *info = &pel_techniques[i]->info;
+        if (!info->options_size)
+            continue;
+        r->options[i] = pel_alloc(1, info->options_size, "options", error);
+        if (!r->options[i]) {
+            free_options(r);
+            free(r);
+            return NULL;
+        }
+        pel_option_defaults(info->options, r->options[i]);
+    }
     return r;
+}
+
+void *pel_renderer_options(struct pel_renderer *r, const char *technique)
+{
+    for (size_t i = 0; pel_techniques[i]; i++)
+        if (!strcmp(pel_techniques[i]->info.name, technique))
+            return r->options[i];
+    return NULL;
 }
 
 static void forget(struct pel_renderer *r, size_t i)
 {
     if (r->seen[i])
         pel_transfer_finish(&r->seen[i]->scene.transfer);
+    if (r->seen[i])
+        free(r->seen[i]->options);
     free(r->seen[i]);
     r->seen[i] = NULL;
 }
@@ -92,6 +122,7 @@ void pel_renderer_destroy(struct pel_renderer *r)
     if (entered)
         leave_device(r->params.device, &saved);
     pel_refine_finish(&r->refinement);
+    free_options(r);
     free(r);
 }
 
@@ -145,7 +176,8 @@ static unsigned settings_changed(const struct pel_render_settings *then, const s
 }
 
 /* Plain structs are compared as bytes: padding that differs only means that something is prepared once more. */
-static unsigned changes_since(const struct seen *seen, const struct pel_scene *now, const struct pel_image *image)
+static unsigned changes_since(const struct seen *seen, const struct pel_scene *now, const struct pel_image *image, const void *options,
+                              size_t options_size)
 {
     if (!seen)
         return PEL_CHANGE_ALL;
@@ -168,7 +200,34 @@ static unsigned changes_since(const struct seen *seen, const struct pel_scene *n
         changes |= PEL_CHANGE_CLIPPING;
     if (then->light_count != now->light_count || memcmp(then->lights, now->lights, sizeof now->lights))
         changes |= PEL_CHANGE_LIGHTS;
+    if (options_size && memcmp(seen->options, options, options_size))
+        changes |= PEL_CHANGE_OPTIONS;
     return changes;
+}
+
+/* What the rows allow is what an option may be: each is written as text and read back into a copy. */
+static bool check_options(const struct pel_technique_info *info, const void *options, struct pel_error *error)
+{
+    if (!options)
+        return true;
+    void *scratch = pel_alloc(1, info->options_size, "options", error);
+    bool ok = scratch != NULL;
+    char text[PEL_OPTION_TEXT_SIZE];
+    for (const struct pel_option *row = info->options; ok && row->name; row++) {
+        pel_option_get(row, options, text, sizeof text);
+        ok = pel_option_set(row, scratch, text, error);
+    }
+    free(scratch);
+    return ok;
+}
+
+static bool remember_options(struct seen *seen, const void *options, size_t size, struct pel_error *error)
+{
+    if (size && !seen->options && !(seen->options = pel_alloc(1, size, "options", error)))
+        return false;
+    if (size)
+        memcpy(seen->options, options, size);
+    return true;
 }
 
 static bool remember(struct pel_renderer *r, size_t i, const struct pel_scene *scene, const struct pel_render_settings *drawn,
@@ -194,7 +253,7 @@ static bool remember(struct pel_renderer *r, size_t i, const struct pel_scene *s
     seen->volume = *scene->volume;
     seen->width = image->width;
     seen->height = image->height;
-    return true;
+    return remember_options(seen, r->options[i], pel_techniques[i]->info.options_size, error);
 }
 
 static void add_counter(struct pel_frame_stats *s, const char *name, uint64_t value)
@@ -213,7 +272,7 @@ static bool draw_frame(struct pel_renderer *r, size_t i, const struct pel_scene 
     struct pel_device *device = device_for(r, t);
     if (!device && !(t->info.engines & PEL_ENGINE_CPU))
         return pel_fail(error, PEL_ERROR_UNSUPPORTED, "%s draws on a GPU alone; give the renderer a device", t->info.name);
-    unsigned changes = changes_since(r->seen[i], view, image);
+    unsigned changes = changes_since(r->seen[i], view, image, r->options[i], t->info.options_size);
     if (r->seen[i]) /* the technique drew other settings than the view's where that was refined, or is to be */
         changes = (changes & ~SETTINGS) | settings_changed(&r->seen[i]->drawn, settings);
     struct pel_scene scene = *view;
@@ -222,6 +281,7 @@ static bool draw_frame(struct pel_renderer *r, size_t i, const struct pel_scene 
         .scene = &scene,
         .image = image,
         .device = device,
+        .options = r->options[i],
         .threads = r->threads,
         .jitter = jitter,
         .changes = changes,
@@ -229,7 +289,7 @@ static bool draw_frame(struct pel_renderer *r, size_t i, const struct pel_scene 
         .stats = &r->stats,
     };
     struct pel_gl_saved saved;
-    if (!enter_device(device, &saved, error))
+    if (!check_options(&t->info, r->options[i], error) || !enter_device(device, &saved, error))
         return false;
     bool ok = t->prepare(&r->states[i], &frame, error) && remember(r, i, view, settings, image, error);
     if (!ok)
@@ -263,7 +323,7 @@ static bool draw_with(struct pel_renderer *r, size_t i, const struct pel_scene *
     const struct pel_device *device = device_for(r, pel_techniques[i]);
     const struct seen *seen = r->seen[i];
     bool ok, refine = scene->render.refine > 0;
-    bool rests = refine && seen && !changes_since(seen, scene, image) &&
+    bool rests = refine && seen && !changes_since(seen, scene, image, r->options[i], pel_techniques[i]->info.options_size) &&
                  !memcmp(&seen->scene.render, &scene->render, sizeof scene->render) && pel_refine_continues(f, i, image);
     r->stats = (struct pel_frame_stats){
         .technique = pel_techniques[i]->info.name,

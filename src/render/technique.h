@@ -17,13 +17,15 @@ enum pel_change {
     PEL_CHANGE_CLIPPING = 1 << 6,    /* planes, box, slice */
     PEL_CHANGE_LIGHTS = 1 << 7,
     PEL_CHANGE_STEP = 1 << 8,        /* the step alone */
-    PEL_CHANGE_ALL = (1 << 9) - 1,
+    PEL_CHANGE_OPTIONS = 1 << 9,     /* the technique's own */
+    PEL_CHANGE_ALL = (1 << 10) - 1,
 };
 
 struct pel_frame {
     const struct pel_scene *scene; /* checked */
     struct pel_image *image;
     struct pel_device *device; /* to draw on, current while the technique runs; NULL: draw on the CPU */
+    const void *options; /* what info.options describes, checked; NULL where there are none */
     int threads;
     int jitter; /* where samples lie in their segments: 0 in the middle, else 1 + the number of the jittered frame (docs/optics.md);
                    what scene->render.jitter asks for, or refinement; no change tells of it */
