@@ -58,12 +58,33 @@ bool pel_device_free_bytes(const struct pel_device *device, uint64_t *bytes);
 /* Whether GL may be called on this thread, between begin and end: objects of a context that is gone are gone with it. */
 bool pel_device_is_current(const struct pel_device *device);
 
-enum { PEL_SAVED_UNITS = 16, PEL_SAVED_IMAGES = 8, PEL_SAVED_BUFFERS = 16, PEL_SAVED_TARGETS = 11, PEL_SAVED_STORES = 16 };
+enum {
+    PEL_SAVED_UNITS = 16,
+    PEL_SAVED_IMAGES = 8,
+    PEL_SAVED_BUFFERS = 16,
+    PEL_SAVED_TARGETS = 11,
+    PEL_SAVED_STORES = 16,
+    PEL_SAVED_SWITCHES = 22,
+    PEL_SAVED_COLORS = 8,
+};
+
+/* How a host program draws: what decides which fragments of ours arrive, and what becomes of them. */
+struct pel_gl_saved_drawing {
+    GLint switches[PEL_SAVED_SWITCHES]; /* glEnable's */
+    GLint scissor;                      /* viewport 0's */
+    GLint depth_func, cull_face, front_face, polygon_mode[2], clip_origin, clip_depth;
+    GLboolean depth_mask;
+    GLfloat depth_range[2], viewport[4]; /* viewport 0's */
+    struct {
+        GLint blend, source, target, alpha_source, alpha_target, equation, alpha_equation;
+        GLboolean mask[4];
+    } colors[PEL_SAVED_COLORS];
+};
 
 /* The state that our passes change, as a host program had it: program, texture units 0..15 (all targets; samplers), image
- * units 0..7, storage and uniform buffers 0..15, pixel store, pixel pack and unpack buffers, framebuffers, vertex array, viewport. */
+ * units 0..7, storage and uniform buffers 0..15, pixel store, pixel pack and unpack buffers, framebuffers, vertex array, and how it draws. */
 struct pel_gl_saved {
-    GLint program, active_texture, vertex_array, draw_framebuffer, read_framebuffer, viewport[4];
+    GLint program, active_texture, vertex_array, draw_framebuffer, read_framebuffer;
     GLint pack_buffer, unpack_buffer, storage_buffer, uniform_buffer;
     GLint stores[PEL_SAVED_STORES];
     GLint textures[PEL_SAVED_UNITS][PEL_SAVED_TARGETS], samplers[PEL_SAVED_UNITS];
@@ -74,10 +95,11 @@ struct pel_gl_saved {
         GLint name;
         GLint64 start, size;
     } storage[PEL_SAVED_BUFFERS], uniform[PEL_SAVED_BUFFERS];
+    struct pel_gl_saved_drawing drawing;
 };
 
-/* Takes note of it, then sets what would mislead us to GL's defaults: pixel store (with alignment 1), no pixel buffers, no samplers. A
- * context of our own wants neither, as nobody else changes it. */
+/* Takes note of it, then sets what would mislead us to GL's defaults: pixel store (with alignment 1), no pixel buffers, no samplers, and
+ * nothing that keeps or alters fragments. A context of our own wants neither, as nobody else changes it. */
 void pel_gl_save(struct pel_gl_saved *saved);
 void pel_gl_restore(const struct pel_gl_saved *saved);
 

@@ -14,6 +14,7 @@ static size_t texel_bytes(GLenum format)
     case GL_R16:
         return 2;
     case GL_RG32F:
+    case GL_RGBA16F:
         return 8;
     case GL_RGBA32F:
         return 16;

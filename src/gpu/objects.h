@@ -13,6 +13,9 @@
 /* A compute program from a shader file (shader_source.h) and lines of defines. A binary that an earlier run left in
  * $XDG_CACHE_HOME/pellucid is taken where driver and text are the same. 0 and the compiler's words on failure. */
 GLuint pel_program_create(struct pel_device *device, const char *file, const char *defines, struct pel_error *error);
+/* One that draws: a vertex shader's file and a fragment shader's, with the same defines; without the latter (NULL) depth alone is written. */
+GLuint pel_program_create_drawing(struct pel_device *device, const char *vertex, const char *fragment, const char *defines,
+                                  struct pel_error *error);
 void pel_program_destroy(struct pel_device *device, GLuint program);
 
 /* The programs that a renderer has asked for, made once each. */
@@ -28,6 +31,9 @@ struct pel_programs {
 /* The program of pel_program_create, made at its first use; the oldest is forgotten where there are too many. 0 on failure. */
 GLuint pel_programs_find(struct pel_device *device, struct pel_programs *programs, const char *file, const char *defines,
                          struct pel_error *error);
+/* The same of pel_program_create_drawing. */
+GLuint pel_programs_find_drawing(struct pel_device *device, struct pel_programs *programs, const char *vertex, const char *fragment,
+                                 const char *defines, struct pel_error *error);
 void pel_programs_finish(struct pel_device *device, struct pel_programs *programs); /* accepts a zeroed one */
 
 struct pel_texture {

@@ -137,50 +137,114 @@ static void fail_with_log(GLuint object, bool is_program, const char *file, stru
     pel_fail(error, PEL_ERROR_UNSUPPORTED, "%s: the driver refuses the shader: %s", file, named);
 }
 
-static bool compile(GLuint program, const char *file, const char *text, struct pel_error *error)
+/* A program's stages: one that computes, or one or two that draw. */
+struct stages {
+    int count;
+    GLenum kinds[2];
+    const char *files[2];
+    char *texts[2]; /* owned */
+};
+
+static bool compose(struct stages *s, const char *defines, struct pel_error *error)
 {
-    GLuint shader = glCreateShader(GL_COMPUTE_SHADER);
+    for (int i = 0; i < s->count; i++)
+        if (!(s->texts[i] = pel_shader_compose(s->files[i], defines, error)))
+            return false;
+    return true;
+}
+
+static GLuint compile(const struct stages *s, int i, struct pel_error *error)
+{
+    GLuint shader = glCreateShader(s->kinds[i]);
     GLint ok = 0;
-    glShaderSource(shader, 1, &text, NULL);
+    glShaderSource(shader, 1, (const char *const *)&s->texts[i], NULL);
     glCompileShader(shader);
     glGetShaderiv(shader, GL_COMPILE_STATUS, &ok);
-    if (ok) {
-        glProgramParameteri(program, GL_PROGRAM_BINARY_RETRIEVABLE_HINT, GL_TRUE);
-        glAttachShader(program, shader);
-        glLinkProgram(program);
-        glDetachShader(program, shader);
-        if (!linked(program)) {
-            fail_with_log(program, true, file, error);
-            ok = false;
-        }
-    } else {
-        fail_with_log(shader, false, file, error);
-    }
+    if (ok)
+        return shader;
+    fail_with_log(shader, false, s->files[i], error);
     glDeleteShader(shader);
+    return 0;
+}
+
+static bool build(GLuint program, const struct stages *s, struct pel_error *error)
+{
+    GLuint shaders[2] = { 0, 0 };
+    bool ok = true;
+    glProgramParameteri(program, GL_PROGRAM_BINARY_RETRIEVABLE_HINT, GL_TRUE);
+    for (int i = 0; i < s->count && ok; i++) {
+        shaders[i] = compile(s, i, error);
+        ok = shaders[i] != 0;
+        if (ok)
+            glAttachShader(program, shaders[i]);
+    }
+    if (ok) {
+        glLinkProgram(program);
+        ok = linked(program);
+        if (!ok)
+            fail_with_log(program, true, s->files[s->count - 1], error);
+    }
+    for (int i = 0; i < s->count; i++) {
+        if (shaders[i])
+            glDetachShader(program, shaders[i]);
+        glDeleteShader(shaders[i]);
+    }
     return ok;
 }
 
-GLuint pel_program_create(struct pel_device *device, const char *file, const char *defines, struct pel_error *error)
+/* The cache knows a program by the texts of all its stages. */
+static bool cached_path(const struct stages *s, char path[1024])
+{
+    size_t room = 1;
+    for (int i = 0; i < s->count; i++)
+        room += strlen(s->texts[i]);
+    char *all = malloc(room);
+    if (!all)
+        return false;
+    all[0] = 0;
+    for (int i = 0, used = 0; i < s->count; i++)
+        used += snprintf(all + used, room - (size_t)used, "%s", s->texts[i]);
+    bool ok = cache_path(all, path);
+    free(all);
+    return ok;
+}
+
+static GLuint create(struct pel_device *device, struct stages *s, const char *defines, struct pel_error *error)
 {
     char path[1024];
-    char *text = pel_shader_compose(file, defines, error);
-    if (!text)
-        return 0;
-    GLuint program = glCreateProgram();
-    bool cache = cache_path(text, path);
-    bool ok = cache && load_cached(program, path);
-    if (!ok) {
-        ok = compile(program, file, text, error);
-        if (ok && cache)
-            save_cached(program, path);
+    GLuint program = 0;
+    bool ok = compose(s, defines, error);
+    if (ok) {
+        program = glCreateProgram();
+        bool cache = cached_path(s, path);
+        ok = cache && load_cached(program, path);
+        if (!ok) {
+            ok = build(program, s, error);
+            if (ok && cache)
+                save_cached(program, path);
+        }
     }
-    free(text);
-    if (ok && pel_device_check(device, file, error)) {
+    for (int i = 0; i < s->count; i++)
+        free(s->texts[i]);
+    if (ok && pel_device_check(device, s->files[s->count - 1], error)) {
         device->objects++;
         return program;
     }
     glDeleteProgram(program);
     return 0;
+}
+
+GLuint pel_program_create(struct pel_device *device, const char *file, const char *defines, struct pel_error *error)
+{
+    struct stages s = { 1, { GL_COMPUTE_SHADER }, { file }, { NULL } };
+    return create(device, &s, defines, error);
+}
+
+GLuint pel_program_create_drawing(struct pel_device *device, const char *vertex, const char *fragment, const char *defines,
+                                  struct pel_error *error)
+{
+    struct stages s = { fragment ? 2 : 1, { GL_VERTEX_SHADER, GL_FRAGMENT_SHADER }, { vertex, fragment }, { NULL } };
+    return create(device, &s, defines, error);
 }
 
 void pel_program_destroy(struct pel_device *device, GLuint program)
@@ -198,19 +262,23 @@ static void forget(struct pel_device *device, struct pel_named_program *program)
     free(program->key);
 }
 
-GLuint pel_programs_find(struct pel_device *device, struct pel_programs *programs, const char *file, const char *defines,
-                         struct pel_error *error)
+/* `vertex` NULL: one that computes. */
+static GLuint find(struct pel_device *device, struct pel_programs *programs, const char *vertex, const char *file, const char *defines,
+                   struct pel_error *error)
 {
     char key[1024];
-    if (snprintf(key, sizeof key, "%s\n%s", file, defines) >= (int)sizeof key) {
-        pel_fail(error, PEL_ERROR_ARGUMENT, "%s: too many defines", file);
+    if (snprintf(key, sizeof key, "%s\n%s\n%s", vertex ? vertex : "", file ? file : "", defines) >= (int)sizeof key) {
+        pel_fail(error, PEL_ERROR_ARGUMENT, "%s: too many defines", file ? file : vertex);
         return 0;
     }
     for (int i = 0; i < programs->count; i++)
         if (strcmp(programs->list[i].key, key) == 0)
             return programs->list[i].name;
     struct pel_named_program made = { pel_alloc(strlen(key) + 1, 1, "a program's name", error), 0 };
-    if (!made.key || !(made.name = pel_program_create(device, file, defines, error))) {
+    if (made.key)
+        made.name = vertex ? pel_program_create_drawing(device, vertex, file, defines, error) :
+                             pel_program_create(device, file, defines, error);
+    if (!made.name) {
         free(made.key);
         return 0;
     }
@@ -221,6 +289,18 @@ GLuint pel_programs_find(struct pel_device *device, struct pel_programs *program
     }
     programs->list[programs->count++] = made;
     return made.name;
+}
+
+GLuint pel_programs_find(struct pel_device *device, struct pel_programs *programs, const char *file, const char *defines,
+                         struct pel_error *error)
+{
+    return find(device, programs, NULL, file, defines, error);
+}
+
+GLuint pel_programs_find_drawing(struct pel_device *device, struct pel_programs *programs, const char *vertex, const char *fragment,
+                                 const char *defines, struct pel_error *error)
+{
+    return find(device, programs, vertex, fragment, defines, error);
 }
 
 void pel_programs_finish(struct pel_device *device, struct pel_programs *programs)

@@ -91,6 +91,103 @@ static void restore_textures(const struct pel_gl_saved *saved)
                            saved->images[i].layer, (GLenum)saved->images[i].access, (GLenum)saved->images[i].format);
 }
 
+/* All are off while we draw, or we set them ourselves. */
+static const GLenum switches[] = {
+    GL_DEPTH_TEST,           GL_CULL_FACE,           GL_STENCIL_TEST,        GL_COLOR_LOGIC_OP,     GL_DEPTH_CLAMP,
+    GL_RASTERIZER_DISCARD,   GL_FRAMEBUFFER_SRGB,    GL_POLYGON_OFFSET_FILL, GL_POLYGON_SMOOTH,     GL_SAMPLE_ALPHA_TO_COVERAGE,
+    GL_SAMPLE_ALPHA_TO_ONE,  GL_SAMPLE_COVERAGE,     GL_SAMPLE_MASK,         GL_CLIP_DISTANCE0,     GL_CLIP_DISTANCE0 + 1,
+    GL_CLIP_DISTANCE0 + 2,   GL_CLIP_DISTANCE0 + 3,  GL_CLIP_DISTANCE0 + 4,  GL_CLIP_DISTANCE0 + 5, GL_CLIP_DISTANCE0 + 6,
+    GL_CLIP_DISTANCE0 + 7,   GL_DEPTH_BOUNDS_TEST_EXT,
+};
+_Static_assert(sizeof switches / sizeof *switches == PEL_SAVED_SWITCHES, "a switch more or less");
+
+static bool has_switch(int i)
+{
+    return switches[i] != GL_DEPTH_BOUNDS_TEST_EXT || epoxy_has_gl_extension("GL_EXT_depth_bounds_test");
+}
+
+static void set_switch(GLenum what, bool on)
+{
+    if (on)
+        glEnable(what);
+    else
+        glDisable(what);
+}
+
+static void save_colors(struct pel_gl_saved_drawing *d)
+{
+    for (GLuint i = 0; i < (GLuint)have(GL_MAX_DRAW_BUFFERS, PEL_SAVED_COLORS); i++) {
+        d->colors[i].blend = glIsEnabledi(GL_BLEND, i);
+        glGetIntegeri_v(GL_BLEND_SRC_RGB, i, &d->colors[i].source);
+        glGetIntegeri_v(GL_BLEND_DST_RGB, i, &d->colors[i].target);
+        glGetIntegeri_v(GL_BLEND_SRC_ALPHA, i, &d->colors[i].alpha_source);
+        glGetIntegeri_v(GL_BLEND_DST_ALPHA, i, &d->colors[i].alpha_target);
+        glGetIntegeri_v(GL_BLEND_EQUATION_RGB, i, &d->colors[i].equation);
+        glGetIntegeri_v(GL_BLEND_EQUATION_ALPHA, i, &d->colors[i].alpha_equation);
+        glGetBooleani_v(GL_COLOR_WRITEMASK, i, d->colors[i].mask);
+    }
+}
+
+static void restore_colors(const struct pel_gl_saved_drawing *d)
+{
+    for (GLuint i = 0; i < (GLuint)have(GL_MAX_DRAW_BUFFERS, PEL_SAVED_COLORS); i++) {
+        const GLboolean *mask = d->colors[i].mask;
+        if (d->colors[i].blend)
+            glEnablei(GL_BLEND, i);
+        else
+            glDisablei(GL_BLEND, i);
+        glBlendFuncSeparatei(i, (GLenum)d->colors[i].source, (GLenum)d->colors[i].target, (GLenum)d->colors[i].alpha_source,
+                             (GLenum)d->colors[i].alpha_target);
+        glBlendEquationSeparatei(i, (GLenum)d->colors[i].equation, (GLenum)d->colors[i].alpha_equation);
+        glColorMaski(i, mask[0], mask[1], mask[2], mask[3]);
+    }
+}
+
+static void save_drawing(struct pel_gl_saved_drawing *d)
+{
+    for (int i = 0; i < PEL_SAVED_SWITCHES; i++)
+        if (has_switch(i)) {
+            d->switches[i] = glIsEnabled(switches[i]);
+            glDisable(switches[i]);
+        }
+    d->scissor = glIsEnabledi(GL_SCISSOR_TEST, 0);
+    glDisablei(GL_SCISSOR_TEST, 0);
+    glGetIntegerv(GL_DEPTH_FUNC, &d->depth_func);
+    glGetIntegerv(GL_CULL_FACE_MODE, &d->cull_face);
+    glGetIntegerv(GL_FRONT_FACE, &d->front_face);
+    glGetIntegerv(GL_POLYGON_MODE, d->polygon_mode);
+    glGetIntegerv(GL_CLIP_ORIGIN, &d->clip_origin);
+    glGetIntegerv(GL_CLIP_DEPTH_MODE, &d->clip_depth);
+    glGetBooleanv(GL_DEPTH_WRITEMASK, &d->depth_mask);
+    glGetFloati_v(GL_DEPTH_RANGE, 0, d->depth_range);
+    glGetFloati_v(GL_VIEWPORT, 0, d->viewport);
+    save_colors(d);
+    glFrontFace(GL_CCW);
+    glPolygonMode(GL_FRONT_AND_BACK, GL_FILL);
+    glClipControl(GL_LOWER_LEFT, GL_NEGATIVE_ONE_TO_ONE);
+    glDepthRangeIndexed(0, 0, 1);
+}
+
+static void restore_drawing(const struct pel_gl_saved_drawing *d)
+{
+    for (int i = 0; i < PEL_SAVED_SWITCHES; i++)
+        if (has_switch(i))
+            set_switch(switches[i], d->switches[i]);
+    if (d->scissor)
+        glEnablei(GL_SCISSOR_TEST, 0);
+    else
+        glDisablei(GL_SCISSOR_TEST, 0);
+    glDepthFunc((GLenum)d->depth_func);
+    glCullFace((GLenum)d->cull_face);
+    glFrontFace((GLenum)d->front_face);
+    glPolygonMode(GL_FRONT_AND_BACK, (GLenum)d->polygon_mode[0]);
+    glClipControl((GLenum)d->clip_origin, (GLenum)d->clip_depth);
+    glDepthMask(d->depth_mask);
+    glDepthRangeIndexed(0, (GLdouble)d->depth_range[0], (GLdouble)d->depth_range[1]);
+    glViewportIndexedf(0, d->viewport[0], d->viewport[1], d->viewport[2], d->viewport[3]);
+    restore_colors(d);
+}
+
 void pel_gl_save(struct pel_gl_saved *saved)
 {
     *saved = (struct pel_gl_saved){ 0 };
@@ -99,7 +196,6 @@ void pel_gl_save(struct pel_gl_saved *saved)
     glGetIntegerv(GL_VERTEX_ARRAY_BINDING, &saved->vertex_array);
     glGetIntegerv(GL_DRAW_FRAMEBUFFER_BINDING, &saved->draw_framebuffer);
     glGetIntegerv(GL_READ_FRAMEBUFFER_BINDING, &saved->read_framebuffer);
-    glGetIntegerv(GL_VIEWPORT, saved->viewport);
     glGetIntegerv(GL_PIXEL_PACK_BUFFER_BINDING, &saved->pack_buffer);
     glGetIntegerv(GL_PIXEL_UNPACK_BUFFER_BINDING, &saved->unpack_buffer);
     glGetIntegerv(GL_SHADER_STORAGE_BUFFER_BINDING, &saved->storage_buffer);
@@ -114,6 +210,7 @@ void pel_gl_save(struct pel_gl_saved *saved)
     }
     glBindBuffer(GL_PIXEL_PACK_BUFFER, 0);
     glBindBuffer(GL_PIXEL_UNPACK_BUFFER, 0);
+    save_drawing(&saved->drawing);
 }
 
 void pel_gl_restore(const struct pel_gl_saved *saved)
@@ -129,7 +226,7 @@ void pel_gl_restore(const struct pel_gl_saved *saved)
     glBindBuffer(GL_PIXEL_UNPACK_BUFFER, (GLuint)saved->unpack_buffer);
     glBindFramebuffer(GL_DRAW_FRAMEBUFFER, (GLuint)saved->draw_framebuffer);
     glBindFramebuffer(GL_READ_FRAMEBUFFER, (GLuint)saved->read_framebuffer);
-    glViewport(saved->viewport[0], saved->viewport[1], saved->viewport[2], saved->viewport[3]);
+    restore_drawing(&saved->drawing);
     glBindVertexArray((GLuint)saved->vertex_array);
     glActiveTexture((GLenum)saved->active_texture);
     glUseProgram((GLuint)saved->program);

@@ -347,6 +347,33 @@ static void test_wrap_es(void **state)
 }
 
 /* Binds something everywhere; `name` says what: objects made by glCreate*, two of each. */
+/* Two ways to draw that have nothing in common, and what would mislead ours in both. */
+static void draw_oddly(int number)
+{
+    static const GLenum some[2][6] = { { GL_DEPTH_TEST, GL_STENCIL_TEST, GL_CLIP_DISTANCE0 + 3, GL_RASTERIZER_DISCARD, GL_DEPTH_CLAMP, GL_SAMPLE_MASK },
+                                       { GL_CULL_FACE, GL_COLOR_LOGIC_OP, GL_FRAMEBUFFER_SRGB, GL_POLYGON_OFFSET_FILL, GL_CLIP_DISTANCE0, GL_SCISSOR_TEST } };
+    for (int i = 0; i < 6; i++) {
+        glEnable(some[number][i]);
+        glDisable(some[1 - number][i]);
+    }
+    glDepthFunc(number ? GL_GREATER : GL_NEVER);
+    glDepthMask(number != 0);
+    glDepthRange(0.25 * number, 0.75);
+    glCullFace(number ? GL_FRONT : GL_FRONT_AND_BACK);
+    glFrontFace(number ? GL_CW : GL_CCW);
+    glPolygonMode(GL_FRONT_AND_BACK, number ? GL_LINE : GL_POINT);
+    glClipControl(number ? GL_UPPER_LEFT : GL_LOWER_LEFT, number ? GL_NEGATIVE_ONE_TO_ONE : GL_ZERO_TO_ONE);
+    glBlendFuncSeparate(GL_DST_COLOR, GL_ONE, number ? GL_ZERO : GL_DST_ALPHA, GL_ONE);
+    glBlendEquationSeparate(GL_MIN, number ? GL_MAX : GL_FUNC_SUBTRACT);
+    for (GLuint i = 0; i < 4; i++) { /* target by target */
+        glColorMaski(i, number != 0, i == 2, GL_TRUE, number == 0);
+        if ((int)(i & 1) == number)
+            glEnablei(GL_BLEND, i);
+        else
+            glDisablei(GL_BLEND, i);
+    }
+}
+
 static void bind_all(GLuint program, const GLuint textures[PEL_SAVED_TARGETS], GLuint sampler, GLuint buffer, GLuint array, GLuint frame,
                      int number)
 {
@@ -370,6 +397,7 @@ static void bind_all(GLuint program, const GLuint textures[PEL_SAVED_TARGETS], G
     glBindVertexArray(array);
     glBindFramebuffer(GL_FRAMEBUFFER, frame);
     glViewport(number, 2, 3, 4);
+    draw_oddly(number);
     glActiveTexture(GL_TEXTURE3 + (GLenum)number);
 }
 
@@ -412,6 +440,15 @@ static void test_saved_state(void **state)
     assert_int_equal(inside.stores[1], 0);
     assert_int_equal(inside.unpack_buffer, 0);
     assert_int_equal(inside.samplers[5], 0);
+    for (int i = 0; i < PEL_SAVED_SWITCHES; i++)
+        assert_int_equal(inside.drawing.switches[i], 0);
+    assert_int_equal(inside.drawing.scissor, 0);
+    assert_int_equal(inside.drawing.polygon_mode[0], GL_FILL);
+    assert_int_equal(inside.drawing.clip_depth, GL_NEGATIVE_ONE_TO_ONE);
+    assert_int_equal(before.drawing.switches[0], 1);
+    assert_int_equal(before.drawing.depth_func, GL_NEVER);
+    assert_int_equal(before.drawing.colors[2].blend, 1);
+    assert_int_equal(before.drawing.colors[1].blend, 0);
     bind_all(programs[1], textures[1], samplers[1], buffers[1], arrays[1], frames[1], 1);
     pel_gl_restore(&before);
     assert_true(pel_device_check(device, "restored", NULL));
