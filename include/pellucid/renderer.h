@@ -32,7 +32,7 @@ const struct pel_technique_info *pel_technique_at(size_t index);
 const struct pel_technique_info *pel_technique_find(const char *name);
 
 #define PEL_MAX_STAGES 16
-#define PEL_MAX_COUNTERS 16
+#define PEL_MAX_COUNTERS 32
 
 /* What a frame cost and how much it skipped. */
 struct pel_frame_stats {

@@ -74,6 +74,9 @@ struct pel_gl_saved_drawing {
     GLint scissor;                      /* viewport 0's */
     GLint depth_func, cull_face, front_face, polygon_mode[2], clip_origin, clip_depth;
     GLboolean depth_mask;
+    struct {
+        GLint func, reference, value_mask, write_mask, fail, depth_fail, pass;
+    } stencil[2]; /* of front and of back faces */
     GLfloat depth_range[2], viewport[4]; /* viewport 0's */
     struct {
         GLint blend, source, target, alpha_source, alpha_target, equation, alpha_equation;

@@ -14,7 +14,9 @@ bool pel_target_set(struct pel_device *device, struct pel_target *target, const 
     }
     GLuint color_name = color ? color->name : 0, depth_name = depth ? depth->name : 0;
     glNamedFramebufferTexture(target->name, GL_COLOR_ATTACHMENT0, color_name, 0);
-    glNamedFramebufferTexture(target->name, GL_DEPTH_ATTACHMENT, depth_name, 0);
+    bool stencil = depth && depth->format == GL_DEPTH24_STENCIL8;
+    glNamedFramebufferTexture(target->name, GL_DEPTH_STENCIL_ATTACHMENT, 0, 0);
+    glNamedFramebufferTexture(target->name, stencil ? GL_DEPTH_STENCIL_ATTACHMENT : GL_DEPTH_ATTACHMENT, depth_name, 0);
     glNamedFramebufferDrawBuffer(target->name, color_name ? GL_COLOR_ATTACHMENT0 : GL_NONE);
     GLenum status = glCheckNamedFramebufferStatus(target->name, GL_DRAW_FRAMEBUFFER);
     if (status == GL_FRAMEBUFFER_COMPLETE)
@@ -54,9 +56,10 @@ static void set_state(const struct pel_pass *pass)
         glBlendFunc(GL_ONE_MINUS_DST_ALPHA, GL_ONE);
     else if (pass->blending == PEL_BLEND_OVER)
         glBlendFunc(GL_ONE, GL_ONE_MINUS_SRC_ALPHA);
-    set(GL_CULL_FACE, pass->cull != 0);
-    if (pass->cull)
-        glCullFace(pass->cull);
+    set(GL_STENCIL_TEST, pass->stencil_write || pass->stencil_test);
+    glStencilMask(pass->stencil_write ? 0xff : 0);
+    glStencilFunc(pass->stencil_test ? GL_GEQUAL : GL_ALWAYS, 0, 0xff);
+    glStencilOp(GL_KEEP, GL_KEEP, pass->stencil_write ? GL_REPLACE : GL_KEEP);
 }
 
 void pel_pass_begin(const struct pel_target *target, const struct pel_pass *pass, int width, int height)
@@ -66,46 +69,69 @@ void pel_pass_begin(const struct pel_target *target, const struct pel_pass *pass
     set_state(pass);
 }
 
+void pel_pass_stencil(int reference)
+{
+    glStencilFunc(GL_GEQUAL, reference, 0xff);
+}
+
 void pel_pass_defaults(void)
 {
     const struct pel_pass pass = { .depth_write = true, .color_write = true };
     set_state(&pass);
     glBlendFunc(GL_ONE, GL_ZERO);
     glDepthFunc(GL_LESS);
-    glCullFace(GL_BACK);
+    glStencilMask(~0u);
     glBindFramebuffer(GL_DRAW_FRAMEBUFFER, 0);
     glBindVertexArray(0);
 }
 
-bool pel_instances_bind(struct pel_device *device, struct pel_instances *instances, const struct pel_buffer *pairs, struct pel_error *error)
+bool pel_vertices_bind(struct pel_device *device, struct pel_vertices *vertices, struct pel_error *error)
 {
-    if (!instances->name) {
-        glCreateVertexArrays(1, &instances->name);
-        if (!instances->name)
+    if (!vertices->name) {
+        glCreateVertexArrays(1, &vertices->name);
+        if (!vertices->name)
             return pel_fail(error, PEL_ERROR_MEMORY, "GPU: no more vertex arrays");
         device->objects++;
     }
-    GLuint array = instances->name;
-    if (pairs) {
-        glVertexArrayVertexBuffer(array, 0, pairs->name, 0, 2 * sizeof(GLuint));
-        glVertexArrayAttribIFormat(array, 0, 2, GL_UNSIGNED_INT, 0);
-        glVertexArrayAttribBinding(array, 0, 0);
-        glVertexArrayBindingDivisor(array, 0, 1);
-        glEnableVertexArrayAttrib(array, 0);
-    } else {
-        glDisableVertexArrayAttrib(array, 0);
-    }
-    glBindVertexArray(array);
-    return pel_device_check(device, "vertex array", error);
+    glBindVertexArray(vertices->name);
+    return true;
 }
 
-void pel_instances_destroy(struct pel_device *device, struct pel_instances *instances)
+void pel_vertices_destroy(struct pel_device *device, struct pel_vertices *vertices)
 {
-    if (!instances->name)
+    if (!vertices->name)
         return;
-    glDeleteVertexArrays(1, &instances->name);
+    glDeleteVertexArrays(1, &vertices->name);
     device->objects--;
-    instances->name = 0;
+    vertices->name = 0;
+}
+
+bool pel_pairs_texture(struct pel_device *device, GLuint *texture, const struct pel_buffer *pairs, struct pel_error *error)
+{
+    if (!*texture) {
+        glCreateTextures(GL_TEXTURE_BUFFER, 1, texture);
+        if (!*texture)
+            return pel_fail(error, PEL_ERROR_MEMORY, "GPU: no more textures");
+        device->objects++;
+    }
+    glTextureBuffer(*texture, GL_RG32UI, pairs->name);
+    return pel_device_check(device, "buffer texture", error);
+}
+
+void pel_pairs_texture_destroy(struct pel_device *device, GLuint *texture)
+{
+    if (!*texture)
+        return;
+    glDeleteTextures(1, texture);
+    device->objects--;
+    *texture = 0;
+}
+
+size_t pel_pairs_limit(void)
+{
+    GLint limit = 0;
+    glGetIntegerv(GL_MAX_TEXTURE_BUFFER_SIZE, &limit);
+    return (size_t)limit;
 }
 
 void pel_gpu_counter_begin(struct pel_device *device, struct pel_gpu_counter *counter)

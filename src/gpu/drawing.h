@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
-/* What passes need that draw triangles instead of computing: targets, the fixed-function state of a pass, instances without vertices, and
- * the GPU's own count of fragments. Counted like the objects of objects.h. */
+/* What passes need that draw triangles instead of computing: targets, the fixed-function state of a pass, vertices without data, and the
+ * GPU's own count of fragments. Counted like the objects of objects.h. */
 #ifndef PEL_GPU_DRAWING_H
 #define PEL_GPU_DRAWING_H
 
@@ -11,7 +11,7 @@ struct pel_target {
     GLuint name;
 };
 
-/* Hangs textures on the target, made if need be; NULL: none of that kind. */
+/* Hangs textures on the target, made if need be; NULL: none of that kind. A depth texture's stencil comes with it. */
 bool pel_target_set(struct pel_device *device, struct pel_target *target, const struct pel_texture *color, const struct pel_texture *depth,
                     struct pel_error *error);
 void pel_target_destroy(struct pel_device *device, struct pel_target *target); /* accepts a zeroed one */
@@ -27,20 +27,29 @@ struct pel_pass {
     GLenum depth_func;          /* GL_LESS, ...; 0: no test, and nothing is written */
     bool depth_write, color_write;
     enum pel_blending blending;
-    GLenum cull;                /* GL_FRONT or GL_BACK faces are not drawn; 0: both are */
+    bool stencil_write;         /* the fragment shader's value goes into the stencil buffer */
+    bool stencil_test;          /* passes where the stencil buffer is at most the reference (pel_pass_stencil) */
 };
 
 /* Starts a pass on the target, over width x height pixels of it. */
 void pel_pass_begin(const struct pel_target *target, const struct pel_pass *pass, int width, int height);
+/* The reference of the stencil test, 0 to 255. */
+void pel_pass_stencil(int reference);
 /* GL's defaults again, for whoever comes next in a context of our own. */
 void pel_pass_defaults(void);
 
-/* A vertex array without vertices, whose instances may carry two unsigned integers each (attribute 0), from a buffer of pairs. */
-struct pel_instances {
+/* A vertex array without data: shaders make their vertices from the vertex' and the instance's number. */
+struct pel_vertices {
     GLuint name;
 };
-bool pel_instances_bind(struct pel_device *device, struct pel_instances *instances, const struct pel_buffer *pairs, struct pel_error *error);
-void pel_instances_destroy(struct pel_device *device, struct pel_instances *instances); /* accepts a zeroed one */
+bool pel_vertices_bind(struct pel_device *device, struct pel_vertices *vertices, struct pel_error *error);
+void pel_vertices_destroy(struct pel_device *device, struct pel_vertices *vertices); /* accepts a zeroed one */
+
+/* A buffer of pairs of unsigned integers as a texture that vertex shaders may read; made anew, as the buffer may be another. */
+bool pel_pairs_texture(struct pel_device *device, GLuint *texture, const struct pel_buffer *pairs, struct pel_error *error);
+void pel_pairs_texture_destroy(struct pel_device *device, GLuint *texture);
+/* How many pairs such a texture may have. */
+size_t pel_pairs_limit(void);
 
 /* Fragments that pass all tests between begin and end, as the GPU counts them. One at a time. */
 struct pel_gpu_counter {

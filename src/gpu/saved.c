@@ -143,6 +143,33 @@ static void restore_colors(const struct pel_gl_saved_drawing *d)
     }
 }
 
+static const GLenum stencil_names[2][7] = {
+    { GL_STENCIL_FUNC, GL_STENCIL_REF, GL_STENCIL_VALUE_MASK, GL_STENCIL_WRITEMASK, GL_STENCIL_FAIL, GL_STENCIL_PASS_DEPTH_FAIL,
+      GL_STENCIL_PASS_DEPTH_PASS },
+    { GL_STENCIL_BACK_FUNC, GL_STENCIL_BACK_REF, GL_STENCIL_BACK_VALUE_MASK, GL_STENCIL_BACK_WRITEMASK, GL_STENCIL_BACK_FAIL,
+      GL_STENCIL_BACK_PASS_DEPTH_FAIL, GL_STENCIL_BACK_PASS_DEPTH_PASS },
+};
+
+static void save_stencil(struct pel_gl_saved_drawing *d)
+{
+    for (int side = 0; side < 2; side++) {
+        GLint *to[7] = { &d->stencil[side].func, &d->stencil[side].reference, &d->stencil[side].value_mask, &d->stencil[side].write_mask,
+                         &d->stencil[side].fail, &d->stencil[side].depth_fail, &d->stencil[side].pass };
+        for (int i = 0; i < 7; i++)
+            glGetIntegerv(stencil_names[side][i], to[i]);
+    }
+}
+
+static void restore_stencil(const struct pel_gl_saved_drawing *d)
+{
+    for (int side = 0; side < 2; side++) {
+        GLenum face = side ? GL_BACK : GL_FRONT;
+        glStencilFuncSeparate(face, (GLenum)d->stencil[side].func, d->stencil[side].reference, (GLuint)d->stencil[side].value_mask);
+        glStencilOpSeparate(face, (GLenum)d->stencil[side].fail, (GLenum)d->stencil[side].depth_fail, (GLenum)d->stencil[side].pass);
+        glStencilMaskSeparate(face, (GLuint)d->stencil[side].write_mask);
+    }
+}
+
 static void save_drawing(struct pel_gl_saved_drawing *d)
 {
     for (int i = 0; i < PEL_SAVED_SWITCHES; i++)
@@ -162,6 +189,7 @@ static void save_drawing(struct pel_gl_saved_drawing *d)
     glGetFloati_v(GL_DEPTH_RANGE, 0, d->depth_range);
     glGetFloati_v(GL_VIEWPORT, 0, d->viewport);
     save_colors(d);
+    save_stencil(d);
     glFrontFace(GL_CCW);
     glPolygonMode(GL_FRONT_AND_BACK, GL_FILL);
     glClipControl(GL_LOWER_LEFT, GL_NEGATIVE_ONE_TO_ONE);
@@ -186,6 +214,7 @@ static void restore_drawing(const struct pel_gl_saved_drawing *d)
     glDepthRangeIndexed(0, (GLdouble)d->depth_range[0], (GLdouble)d->depth_range[1]);
     glViewportIndexedf(0, d->viewport[0], d->viewport[1], d->viewport[2], d->viewport[3]);
     restore_colors(d);
+    restore_stencil(d);
 }
 
 void pel_gl_save(struct pel_gl_saved *saved)

@@ -4,10 +4,11 @@
 
 #include "technique.h"
 
-extern const struct pel_technique pel_technique_raycast, pel_technique_reference;
+extern const struct pel_technique pel_technique_raycast, pel_technique_reference, pel_technique_slices3d;
 
 const struct pel_technique *const pel_techniques[] = {
     &pel_technique_raycast,
+    &pel_technique_slices3d,
     &pel_technique_reference,
     NULL,
 };

@@ -27,14 +27,10 @@ layout(r32f, binding = 1) writeonly uniform image2D depth;
 #define FIRST_CELL ivec3(0)
 #endif
 
+#include "display.glsl"
+
 // Distances in cells to the nearest cell that may be seen: a map for each octant of directions, the eight side by side as the octants are (distance.glsl).
 layout(binding = 1) uniform usampler3D distances;
-
-// Linear light back to display values (the sRGB curve): the colour without its opacity is encoded.
-vec3 to_display(vec3 c)
-{
-    return mix(1.055 * pow(max(c, vec3(0.0)), vec3(1.0 / 2.4)) - 0.055, 12.92 * c, lessThanEqual(c, vec3(0.0031308)));
-}
 
 #ifndef PLACED
 // Steps to where the ray leaves the cube of cells from `cell - reach` to `cell + reach`, `size` voxels each.

@@ -363,6 +363,9 @@ static void draw_oddly(int number)
     glFrontFace(number ? GL_CW : GL_CCW);
     glPolygonMode(GL_FRONT_AND_BACK, number ? GL_LINE : GL_POINT);
     glClipControl(number ? GL_UPPER_LEFT : GL_LOWER_LEFT, number ? GL_NEGATIVE_ONE_TO_ONE : GL_ZERO_TO_ONE);
+    glStencilFuncSeparate(number ? GL_FRONT : GL_BACK, GL_GREATER, 3, 7);
+    glStencilOpSeparate(number ? GL_FRONT : GL_BACK, GL_INCR, GL_DECR, GL_INVERT);
+    glStencilMaskSeparate(number ? GL_FRONT : GL_BACK, 5);
     glBlendFuncSeparate(GL_DST_COLOR, GL_ONE, number ? GL_ZERO : GL_DST_ALPHA, GL_ONE);
     glBlendEquationSeparate(GL_MIN, number ? GL_MAX : GL_FUNC_SUBTRACT);
     for (GLuint i = 0; i < 4; i++) { /* target by target */

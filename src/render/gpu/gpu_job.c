@@ -30,8 +30,8 @@ _Static_assert(PEL_MAX_CLIP_PLANES + 6 == 12 && PEL_MAX_LIGHTS == 4 && PEL_MAX_I
 enum { JOB_BYTES = 1488 };
 _Static_assert(sizeof(struct job) == JOB_BYTES, "job.glsl");
 
-/* The look-up table's texture (transfer.glsl): rows of 4096 entries, four for the same entries. */
-enum { TABLE_WIDTH = 4096, TABLE_ROWS = 4 };
+/* The look-up table's texture (transfer.glsl): rows of 4096 entries, five for the same entries. */
+enum { TABLE_WIDTH = 4096, TABLE_ROWS = 5 };
 
 static void put3(float to[4], const double from[3])
 {
@@ -116,18 +116,21 @@ bool pel_gpu_job_send(struct pel_device *device, const struct pel_gpu_job *job, 
     return pel_buffer_fill(device, to, &block, sizeof block, error);
 }
 
-/* The four rows' worth of one entry, TABLE_WIDTH apart. */
+/* The five rows' worth of one entry, TABLE_WIDTH apart. */
 static void put_entry(const struct pel_classification_state *t, size_t i, float (*to)[4])
 {
-    float (*step)[4] = to, (*point)[4] = to + TABLE_WIDTH, (*sums)[4] = to + 2 * TABLE_WIDTH, (*extinction)[4] = to + 3 * TABLE_WIDTH;
+    float (*step)[4] = to, (*point)[4] = to + TABLE_WIDTH, (*sums)[4] = to + 2 * TABLE_WIDTH, (*extinction)[4] = to + 3 * TABLE_WIDTH,
+          (*slab)[4] = to + 4 * TABLE_WIDTH;
     for (int c = 0; c < 3; c++) {
         (*step)[c] = t->alpha_color[c][i];
         (*point)[c] = t->color[c][i];
         (*sums)[c] = t->sum_color[c][i];
         (*extinction)[c] = 0;
+        (*slab)[c] = t->color[c][i];
     }
     (*step)[3] = t->alpha[i], (*point)[3] = t->table.opacity[i], (*sums)[3] = t->sum_tau[i];
     (*extinction)[0] = t->tau[i], (*extinction)[3] = 0;
+    (*slab)[3] = t->alpha[i] < 1 ? -log2f(1 - t->alpha[i]) : 1e6f; /* opaque at any length */
 }
 
 bool pel_gpu_tables_send(struct pel_device *device, const struct pel_classification_state *t, struct pel_texture *to,
@@ -151,16 +154,29 @@ bool pel_gpu_tables_send(struct pel_device *device, const struct pel_classificat
     return ok;
 }
 
+static void write_defines(char *to, size_t size, unsigned has, enum pel_mode mode)
+{
+    static const char *const words[] = { "VOIDS",         "NEAREST", "SHADE",   "HEADLIGHTS", "PRE",  "MINIMUM", "BRICKS",
+                                         "PREINTEGRATED", "BAND",    "EARLY_OUT", "SHOW",     "GREATER" };
+    int length = snprintf(to, size, "#define MODE_MIP %d\n#define MODE_MINIP %d\n#define MODE_ISOSURFACE %d\n#define MODE %d\n",
+                          PEL_MODE_MIP, PEL_MODE_MINIP, PEL_MODE_ISOSURFACE, mode);
+    for (unsigned i = 0; i < sizeof words / sizeof *words; i++)
+        if (has & 1u << i)
+            length += snprintf(to + length, size - (size_t)length, "#define %s\n", words[i]);
+}
+
 GLuint pel_gpu_program(struct pel_device *device, struct pel_programs *programs, const char *file, unsigned has, enum pel_mode mode,
                        struct pel_error *error)
 {
-    static const char *const words[] = { "VOIDS", "NEAREST", "SHADE", "HEADLIGHTS", "PRE", "MINIMUM", "BRICKS" };
     char defines[512];
-    int length =
-        snprintf(defines, sizeof defines, "#define MODE_MIP %d\n#define MODE_MINIP %d\n#define MODE_ISOSURFACE %d\n#define MODE %d\n",
-                 PEL_MODE_MIP, PEL_MODE_MINIP, PEL_MODE_ISOSURFACE, mode);
-    for (unsigned i = 0; i < sizeof words / sizeof *words; i++)
-        if (has & 1u << i)
-            length += snprintf(defines + length, sizeof defines - (size_t)length, "#define %s\n", words[i]);
+    write_defines(defines, sizeof defines, has, mode);
     return pel_programs_find(device, programs, file, defines, error);
+}
+
+GLuint pel_gpu_program_drawing(struct pel_device *device, struct pel_programs *programs, const char *vertex, const char *fragment,
+                               unsigned has, struct pel_error *error)
+{
+    char defines[512];
+    write_defines(defines, sizeof defines, has, PEL_MODE_COMPOSITE);
+    return pel_programs_find_drawing(device, programs, vertex, fragment, defines, error);
 }

@@ -7,7 +7,18 @@
 #include "gpu_volume.h"
 
 /* Bindings, as the shaders name them. */
-enum { PEL_UNIT_VOLUME, PEL_UNIT_DISTANCES, PEL_UNIT_GRID, PEL_UNIT_FROM, PEL_UNIT_ENTRIES };
+enum {
+    PEL_UNIT_VOLUME,
+    PEL_UNIT_DISTANCES,
+    PEL_UNIT_GRID,
+    PEL_UNIT_FROM,
+    PEL_UNIT_ENTRIES,
+    PEL_UNIT_FACES,
+    PEL_UNIT_OPACITIES,
+    PEL_UNIT_STRETCHES,
+    PEL_UNIT_NEAR,
+    PEL_UNIT_PICTURE,
+};
 enum { PEL_BUFFER_COUNTERS = 2, PEL_BUFFER_SEEN, PEL_BUFFER_RANGE };
 
 /* A part of the volume that is drawn by itself; the whole volume is one. Index positions and voxels. */
@@ -40,10 +51,18 @@ enum pel_gpu_has {
     PEL_HAS_PRE = 16,
     PEL_HAS_MINIMUM = 32,
     PEL_HAS_BRICKS = 64,
+    PEL_HAS_PREINTEGRATED = 128, /* these are of slices */
+    PEL_HAS_BAND = 256,
+    PEL_HAS_EARLY_OUT = 512,
+    PEL_HAS_SHOW = 1024,
+    PEL_HAS_GREATER = 2048,
 };
 
 /* The program of a shader file for these; 0 on failure. */
 GLuint pel_gpu_program(struct pel_device *device, struct pel_programs *programs, const char *file, unsigned has, enum pel_mode mode,
                        struct pel_error *error);
+/* The same with a vertex and a fragment shader. */
+GLuint pel_gpu_program_drawing(struct pel_device *device, struct pel_programs *programs, const char *vertex, const char *fragment,
+                               unsigned has, struct pel_error *error);
 
 #endif
