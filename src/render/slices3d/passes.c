@@ -287,6 +287,21 @@ bool pel_slices_count(struct pel_slices3d *s, enum pel_cull cull, struct pel_gpu
     return pel_device_check(s->device, "counting", error);
 }
 
+bool pel_slices_count_faces(struct pel_slices3d *s, bool p, struct pel_gpu_counter *counter, struct pel_error *error)
+{
+    GLuint program;
+    const struct pel_pass pass = { .depth_func = 0 };
+    const struct pel_cube_set *set = p ? &s->phi_p : &s->phi_t;
+    if (!use(s, "cube_vertex.glsl", "cube_fragment.glsl", 0, &program, error))
+        return false;
+    begin(s, &s->target, &pass);
+    pel_gpu_counter_begin(s->device, counter);
+    if (p ? s->has_p : s->has_t)
+        draw_faces(s, program, p ? &s->faces_p : &s->faces_t, set->first, 1 << set->level, p, !p);
+    pel_gpu_counter_end(counter);
+    return pel_device_check(s->device, "counting faces", error);
+}
+
 /* ---- after the slices ---- */
 
 bool pel_slices_find_depth(struct pel_slices3d *s, struct pel_error *error)

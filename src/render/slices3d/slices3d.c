@@ -182,15 +182,21 @@ static bool send_box_faces(struct pel_slices3d *s, struct pel_error *error)
 
 /* ---- with the view ---- */
 
-/* Slices that a band draws are cut from the box of what may be seen, and no larger. */
-static void shrink_box(struct pel_slices3d *s)
+static void shrink_box(const struct pel_slices3d *s, struct pel_slice_block *b)
 {
-    struct pel_slice_block *b = &s->view.block;
     float size = (float)(1 << s->phi_t.level), reach = s->job.classification == PEL_CLASSIFICATION_PREINTEGRATED ? INFINITY : 1;
     for (int a = 0; a < 3; a++) {
         b->lo[a] = fmaxf(b->lo[a], (float)s->phi_t.lo[a] * size - b->inflate[a] * reach);
         b->hi[a] = fminf(b->hi[a], (float)s->phi_t.hi[a] * size + b->inflate[a] * reach);
     }
+}
+
+bool pel_slices_use_box(struct pel_slices3d *s, bool shrunk, struct pel_error *error)
+{
+    struct pel_slice_block block = s->view.block;
+    if (shrunk)
+        shrink_box(s, &block);
+    return pel_buffer_fill(s->device, &s->slice_block, &block, sizeof block, error);
 }
 
 /* With pre-integration the three places at which a slab's cubes are looked up must lie in cubes that touch. */
@@ -207,14 +213,13 @@ static bool set_view(struct pel_slices3d *s, const struct pel_frame *frame, stru
     if (!pel_slice_view_setup(&s->view, &s->job, scene->camera.parallel, error))
         return false;
     struct pel_slice_block *b = &s->view.block;
-    if (s->options.cull == PEL_CULL_BAND && s->has_t && s->options.shrink)
-        shrink_box(s);
     for (int a = 0; a < 3 && needs_p(&s->options); a++)
         b->cubes[a] = s->phi_p.solid.dims[a];
     b->cubes[3] = 1 << s->phi_p.level;
     b->walk[0] = WALK_CLEAR, b->walk[1] = slabs_too_long(s, scene->volume) ? 0 : WALK_SLICES;
     const struct pel_gpu_job job = { &s->job, scene, &s->format, &s->box, false, { 0, 0 } };
-    return pel_gpu_job_send(s->device, &job, &s->block, error) && pel_buffer_fill(s->device, &s->slice_block, b, sizeof *b, error);
+    return pel_gpu_job_send(s->device, &job, &s->block, error) &&
+           pel_slices_use_box(s, s->options.cull == PEL_CULL_BAND && s->has_t && s->options.shrink, error);
 }
 
 bool pel_slices3d_prepare(struct pel_slices3d *s, const struct pel_frame *frame, struct pel_error *error)

@@ -52,11 +52,6 @@ bool pel_slice_view_setup(struct pel_slice_view *view, const struct pel_job *job
 
 enum pel_slices3d_stage { PEL_STAGE_VIEW, PEL_STAGE_SURFACES, PEL_STAGE_SLICES, PEL_STAGE_FINISH, PEL_STAGES };
 
-/* Fragments, as section 2 and 3.5 name them. */
-struct pel_fragments {
-    uint64_t f, f_s, f_t, f_p, f_c;
-};
-
 struct pel_slices3d {
     struct pel_device *device;
     struct pel_programs programs;
@@ -90,7 +85,7 @@ struct pel_slices3d {
     struct pel_vertices vertices;
     struct pel_gpu_timer timers[PEL_STAGES];
     double milliseconds[PEL_STAGES]; /* since each stage began */
-    struct pel_gpu_counter counters[4]; /* F_t, F_p, F_c', F_s */
+    struct pel_gpu_counter counters[4]; /* of phi_t and of phi_p in the z-buffer, of slices; cost.c's */
     int stops;                          /* passes between slabs */
 };
 
@@ -106,6 +101,8 @@ bool pel_slices_init_z(struct pel_slices3d *s, enum pel_cull cull, struct pel_er
 bool pel_slices_draw(struct pel_slices3d *s, enum pel_cull cull, int slab, struct pel_error *error);
 /* Slices with the simple shader of section 2, which counts fragments and leaves the picture alone. */
 bool pel_slices_count(struct pel_slices3d *s, enum pel_cull cull, struct pel_gpu_counter *counter, struct pel_error *error);
+/* All fragments of phi_t's back faces, or of phi_p's front faces. */
+bool pel_slices_count_faces(struct pel_slices3d *s, bool p, struct pel_gpu_counter *counter, struct pel_error *error);
 bool pel_slices_find_depth(struct pel_slices3d *s, struct pel_error *error);
 bool pel_slices_to_display(struct pel_slices3d *s, struct pel_error *error);
 /* Figure 9. */
@@ -113,13 +110,15 @@ bool pel_slices_show(struct pel_slices3d *s, struct pel_error *error);
 
 /* ---- cost.c ---- */
 
-/* Measures what the cost model wants, besides the frame that was drawn in `frame_ms`, and notes it as counters. */
+/* After a frame: measures what the cost model wants, and notes it as counters. What was drawn is gone then. */
 bool pel_slices_note_cost(struct pel_slices3d *s, const struct pel_frame *frame, struct pel_error *error);
 
 /* ---- slices3d.c ---- */
 
 struct pel_slices3d *pel_slices3d_create(struct pel_device *device, struct pel_error *error);
 void pel_slices3d_destroy(struct pel_slices3d *slices); /* accepts NULL */
+/* Slices are cut from the whole volume's box, or from that of phi_t's cubes. */
+bool pel_slices_use_box(struct pel_slices3d *s, bool shrunk, struct pel_error *error);
 bool pel_slices3d_prepare(struct pel_slices3d *slices, const struct pel_frame *frame, struct pel_error *error);
 bool pel_slices3d_draw(struct pel_slices3d *slices, const struct pel_frame *frame, struct pel_error *error);
 

@@ -16,7 +16,7 @@ static const struct pel_option options[] = {
       "What hides fragments before they are shaded: nothing; empty space in front (front); rays that meet nothing (err); these and empty space "
       "behind (ess); what lies behind opaque cubes (ert); both; or all of them with a second z-buffer (band)",
       PEL_OPTION_CHOICE, AT(cull), 0, 0, "band", culls, NULL },
-    { "cube-t", "Cubes of phi_t", "Edge of the cubes that enclose what may be seen; a power of two", PEL_OPTION_INT, AT(cube_t), 1, 32, "8", NULL,
+    { "cube-t", "Cubes of phi_t", "Edge of the cubes that enclose what may be seen; a power of two", PEL_OPTION_INT, AT(cube_t), 1, 32, "4", NULL,
       "voxels" },
     { "cube-p", "Cubes of phi_p", "Edge of the cubes that are opaque everywhere; a power of two", PEL_OPTION_INT, AT(cube_p), 1, 32, "2", NULL,
       "voxels" },
