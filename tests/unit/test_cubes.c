@@ -283,11 +283,14 @@ static void check_sets(const struct pel_volume *v, const char *opacity, double t
             solid[i] = p.class[i] != PEL_CUBE_EMPTY;
         check_faces(&set_t, &p, solid);
         count = figure_8(&p);
-        assert_true(pel_cubes_extract_p(&set_p, &o, &classes, level, threshold, 2, NULL));
+        assert_true(pel_cubes_extract_p(&set_p, &o, &classes, level, threshold, true, 2, NULL));
         assert_int_equal(set_p.cubes, count);
         check_faces(&set_p, &p, p.opaque);
         for (size_t i = 0; i < cubes; i++)
             assert_int_equal(set_p.opacity[i] > 0, p.opaque[i]);
+        assert_true(pel_cubes_extract_p(&set_p, &o, &classes, level, threshold, false, 2, NULL));
+        for (size_t i = 0; i < cubes; i++)
+            assert_true(set_p.opacity[i] ? p.some_opaque[i] : !p.opaque[i]); /* between the two */
         free(solid);
         free(p.class);
     }

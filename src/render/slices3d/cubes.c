@@ -33,6 +33,7 @@ struct work {
     struct pel_cube_set *set;
     const struct pel_octree_level *nodes;
     const struct pel_cube_table *table;
+    bool reduced;  /* phi_p */
     int threshold; /* phi_p: 255ths; 0: phi_t */
     struct slab {
         size_t counts[7]; /* faces of each direction, and cubes of the set */
@@ -68,7 +69,8 @@ static void classify_row_p(struct work *w, size_t y, size_t z)
     uint64_t *row = w->set->solid.rows + row_of(&w->set->solid, y, z);
     uint8_t *opacity = w->set->opacity + at;
     for (size_t x = 0; x < nx; x++) {
-        uint8_t least = w->table->opacity[n->lo[at + x] + PEL_OCTREE_BINS * n->hi[at + x]];
+        int lo = n->lo[at + x], hi = n->hi[at + x], middle = (lo + hi) / 2;
+        uint8_t least = w->table->opacity[w->reduced ? lo + PEL_OCTREE_BINS * hi : middle + PEL_OCTREE_BINS * middle];
         bool opaque = least >= w->threshold;
         opacity[x] = opaque ? least : 0;
         row[x / 64] |= (uint64_t)opaque << x % 64;
@@ -254,10 +256,10 @@ bool pel_cubes_extract_t(struct pel_cube_set *set, const struct pel_octree *octr
 }
 
 bool pel_cubes_extract_p(struct pel_cube_set *set, const struct pel_octree *octree, const struct pel_cube_table *table, int level,
-                         double threshold, int threads, struct pel_error *error)
+                         double threshold, bool reduced, int threads, struct pel_error *error)
 {
     int least = (int)ceil(threshold * 255);
-    struct work w = { .set = set, .table = table, .threshold = least > 1 ? least : 1 };
+    struct work w = { .set = set, .table = table, .reduced = reduced, .threshold = least > 1 ? least : 1 };
     return extract(&w, octree, level, threads, error);
 }
 

@@ -50,9 +50,10 @@ struct pel_cube_set {
 /* phi_t, inflated: the cubes that contain the surface, and those inside it at the volume's boundary, so that it is closed (figure 5). */
 bool pel_cubes_extract_t(struct pel_cube_set *set, const struct pel_octree *octree, const struct pel_cube_table *table, int level,
                          int threads, struct pel_error *error);
-/* phi_p, shrunk: the outermost of the cubes that lie completely inside (figure 8); opacity of at least `threshold`. */
+/* phi_p, shrunk: the outermost of the cubes that lie completely inside (figure 8); opacity of at least `threshold`. Not reduced: also
+ * the cubes that contain the surface and whose middle value is opaque, which hide what may be seen (figures 3 and 4, left). */
 bool pel_cubes_extract_p(struct pel_cube_set *set, const struct pel_octree *octree, const struct pel_cube_table *table, int level,
-                         double threshold, int threads, struct pel_error *error);
+                         double threshold, bool reduced, int threads, struct pel_error *error);
 void pel_cubes_finish(struct pel_cube_set *set); /* accepts a zeroed one */
 
 static inline bool pel_cube_is_solid(const struct pel_cube_bits *bits, int x, int y, int z)

@@ -112,10 +112,14 @@ static bool draw_box(struct pel_slices3d *s, struct pel_error *error)
 static bool init_ert(struct pel_slices3d *s, struct pel_error *error)
 {
     GLuint program;
+    bool followed = s->options.phi_p == PEL_PHI_P_FOLLOWED;
     if (!s->has_p)
         return true;
-    if (!use(s, "cube_vertex.glsl", "opaque_fragment.glsl", sampling_has(s) & PEL_HAS_PREINTEGRATED, &program, error))
+    if (!use(s, "cube_vertex.glsl", followed ? "opaque_fragment.glsl" : "cube_fragment.glsl",
+             followed ? sampling_has(s) & PEL_HAS_PREINTEGRATED : 0, &program, error))
         return false;
+    if (!followed)
+        glProgramUniform4f(program, 1, 0, 0, 0, 0);
     glDepthFunc(GL_LESS); /* step 2 */
     pel_gpu_counter_begin(s->device, &s->counters[1]);
     draw_faces(s, program, &s->faces_p, s->phi_p.first, 1 << s->phi_p.level, true, false); /* step 3 */

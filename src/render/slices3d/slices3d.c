@@ -163,8 +163,8 @@ static bool extract(struct pel_slices3d *s, const struct pel_frame *frame, struc
         return false;
     pel_frame_stage(frame, "phi_t", start);
     start = pel_now_ms();
-    if (needs_p(o) && (!pel_cubes_extract_p(&s->phi_p, &s->octree, &s->cube_table, pel_octree_level_of(o->cube_p), o->opaque, frame->threads,
-                                            error) ||
+    if (needs_p(o) && (!pel_cubes_extract_p(&s->phi_p, &s->octree, &s->cube_table, pel_octree_level_of(o->cube_p), o->opaque,
+                                            o->phi_p != PEL_PHI_P_ORIGINAL, frame->threads, error) ||
                        !send_faces(s, &s->faces_p, s->phi_p.faces, s->phi_p.first[6], &s->has_p, error) || !send_opacities(s, error)))
         return false;
     pel_frame_stage(frame, "phi_p", start);

@@ -21,12 +21,18 @@ enum pel_cull {
     PEL_CULL_BAND,    /* section 5's wish: all of these, and front faces of phi_t in a second z-buffer */
 };
 enum pel_show { PEL_SHOW_PICTURE, PEL_SHOW_DEPTH, PEL_SHOW_NEAR, PEL_SHOW_PHI_T, PEL_SHOW_PHI_P };
+enum pel_phi_p {
+    PEL_PHI_P_FOLLOWED, /* a ray is followed behind the face until it is hidden */
+    PEL_PHI_P_REDUCED,  /* the face hides at once, as in the papers */
+    PEL_PHI_P_ORIGINAL, /* the same without the shrinking of figure 8 */
+};
 enum pel_slice_target { PEL_TARGET_FLOAT32, PEL_TARGET_FLOAT16, PEL_TARGET_BYTE };
 
 struct pel_slices3d_options {
     enum pel_cull cull;
     int cube_t, cube_p; /* voxels along an edge */
     double opaque;
+    enum pel_phi_p phi_p;
     int slab; /* slices after which full pixels are stopped; 0: never */
     bool back_to_front, early_out, shrink, cost;
     enum pel_slice_target target;

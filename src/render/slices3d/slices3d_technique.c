@@ -8,6 +8,7 @@
 
 static const char *const culls[] = { "none", "front", "err", "ess", "ert", "ess+ert", "band", NULL };
 static const char *const shows[] = { "picture", "depth", "near", "phi_t", "phi_p", NULL };
+static const char *const phi_ps[] = { "followed", "reduced", "original", NULL };
 static const char *const targets[] = { "float32", "float16", "byte", NULL };
 
 #define AT(field) offsetof(struct pel_slices3d_options, field)
@@ -22,6 +23,9 @@ static const struct pel_option options[] = {
       "voxels" },
     { "opaque", "Opaque from", "Opacity of a unit distance from which a cube may hide others", PEL_OPTION_DOUBLE, AT(opaque), 0.05, 1, "0.8", NULL,
       NULL },
+    { "phi-p", "Surface phi_p",
+      "How opaque cubes hide: rays are followed in them until no more is seen (followed), they stop at the face as in the paper (reduced), or also at cubes that are opaque in part, which tears holes (original)",
+      PEL_OPTION_CHOICE, AT(phi_p), 0, 0, "followed", phi_ps, NULL },
     { "slab", "Slab", "Slices after which pixels that are full are stopped, 1: after each as in the paper's two passes; 0: never", PEL_OPTION_INT,
       AT(slab), 0, 4096, "0", NULL, "slices" },
     { "back-to-front", "Back to front", "Draw the farthest slice first", PEL_OPTION_BOOL, AT(back_to_front), 0, 0, "false", NULL, NULL },
