@@ -29,7 +29,8 @@ void pel_target_destroy(struct pel_device *device, struct pel_target *target)
 {
     if (!target->name)
         return;
-    glDeleteFramebuffers(1, &target->name);
+    if (pel_device_is_current(device))
+        glDeleteFramebuffers(1, &target->name);
     device->objects--;
     *target = (struct pel_target){ 0 };
 }
@@ -101,7 +102,8 @@ void pel_vertices_destroy(struct pel_device *device, struct pel_vertices *vertic
 {
     if (!vertices->name)
         return;
-    glDeleteVertexArrays(1, &vertices->name);
+    if (pel_device_is_current(device))
+        glDeleteVertexArrays(1, &vertices->name);
     device->objects--;
     vertices->name = 0;
 }
@@ -122,7 +124,8 @@ void pel_pairs_texture_destroy(struct pel_device *device, GLuint *texture)
 {
     if (!*texture)
         return;
-    glDeleteTextures(1, texture);
+    if (pel_device_is_current(device))
+        glDeleteTextures(1, texture);
     device->objects--;
     *texture = 0;
 }
@@ -161,7 +164,8 @@ void pel_gpu_counter_destroy(struct pel_device *device, struct pel_gpu_counter *
 {
     if (!counter->query)
         return;
-    glDeleteQueries(1, &counter->query);
+    if (pel_device_is_current(device))
+        glDeleteQueries(1, &counter->query);
     device->objects--;
     counter->query = 0;
 }

@@ -216,10 +216,20 @@ with Folder() as folder:
             told = fine("bench on a GPU", "bench", volume, "--size", "24", "--frames", "1", "--device", "gpu", "--json", *words).json()
             check(all(told[key] > 0 for key in ["samples_per_second", "texture_samples_per_second", "upload_ms", "upload_mb_per_second", "device_bytes"]),
                   "what a GPU adds", told)
+    if any(d["usable"] for d in devices):
+        slices = ["render", volume, "--size", "32", "--step", "0.5", "--device", "gpu", "--technique", "slices3d"]
+        fine("slices on a GPU", *slices, "-o", folder / "slices.png", "--cull", "ess+ert", "--cube-t", "8", "--opaque", "1")
+        fine("the ray caster for comparison", *slices[:-2], "-o", folder / "cast.png")
+        result, told = compare(folder / "slices.png", folder / "cast.png", "--psnr-min", "35")
+        check(result.status == 0, "slices3d agrees with raycast", result)
+        counters = fine("the cost model", *slices, "-o", folder / "cost.png", "--cost", "--stats=json").json()["counters"]
+        check(counters["F"] >= counters["F_c'"] > 0 and counters["T_c, ps"] > 0, "counters of the cost model", counters)
+        result = run(*slices, "-o", folder / "no.png", "--mode", "mip")
+        check(result.status == 2 and "raycast" in result.err, "slices3d refuses other modes, and says what to use", result)
     fine("bench for people", "bench", volume, "--size", "24", "--frames", "1")
     told = run("techniques", "--json").json()
     check({t["name"] for t in told} >= {"raycast", "reference"} and all(set(t) == {"name", "summary", "citation", "engines", "options"} for t in told) and
-          all("cpu" in t["engines"] for t in told), "techniques --json", told)
+          all(t["engines"] and ("cpu" in t["engines"] or t["name"] == "slices3d") for t in told), "techniques --json", told)
     check("raycast" in run("techniques").text, "techniques for people")
 
 # Nothing is left where it fails: no room, no permission, Ctrl-C.

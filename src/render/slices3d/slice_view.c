@@ -63,7 +63,16 @@ static void find_faces(struct pel_slice_view *view, const struct pel_job *job, b
     }
 }
 
-bool pel_slice_view_setup(struct pel_slice_view *view, const struct pel_job *job, bool parallel, struct pel_error *error)
+/* 1/2, 1/4, 3/4, 1/8, ...: the number's bits behind the point, in reverse (van der Corput). */
+static double part_of_slice(int jitter)
+{
+    double part = 0, bit = 0.5;
+    for (unsigned n = (unsigned)jitter; n; n >>= 1, bit /= 2)
+        part += (n & 1) * bit;
+    return part;
+}
+
+bool pel_slice_view_setup(struct pel_slice_view *view, const struct pel_job *job, bool parallel, int jitter, struct pel_error *error)
 {
     struct pel_slice_block *b = &view->block;
     double eye[3], depth[4], least = INFINITY, most = -INFINITY;
@@ -80,6 +89,7 @@ bool pel_slice_view_setup(struct pel_slice_view *view, const struct pel_job *job
     view->eye_inside = !parallel && least <= 0;
     if (view->eye_inside)
         least = 0; /* slices begin at the eye */
+    least -= part_of_slice(jitter) * job->step;
     double count = ceil((most - least) / job->step - 1e-3);
     if (count > 1e6)
         return pel_fail(error, PEL_ERROR_UNSUPPORTED, "%.0f slices are more than slices3d draws; take a longer step", count);

@@ -209,8 +209,8 @@ static bool slabs_too_long(const struct pel_slices3d *s, const struct pel_volume
 static bool set_view(struct pel_slices3d *s, const struct pel_frame *frame, struct pel_error *error)
 {
     const struct pel_scene *scene = frame->scene;
-    pel_rays_setup(&s->job, scene, frame->image->width, frame->image->height);
-    if (!pel_slice_view_setup(&s->view, &s->job, scene->camera.parallel, error))
+    pel_rays_setup(&s->job, scene, frame->jitter, frame->image->width, frame->image->height);
+    if (!pel_slice_view_setup(&s->view, &s->job, scene->camera.parallel, frame->jitter, error))
         return false;
     struct pel_slice_block *b = &s->view.block;
     for (int a = 0; a < 3 && needs_p(&s->options); a++)

@@ -54,7 +54,8 @@ struct pel_slice_view {
     unsigned faces[2]; /* directions that may show their back, their front; a bit each */
 };
 
-bool pel_slice_view_setup(struct pel_slice_view *view, const struct pel_job *job, bool parallel, struct pel_error *error);
+/* `jitter` as in struct pel_frame: frames that refine a picture have their slices elsewhere, all of them together. */
+bool pel_slice_view_setup(struct pel_slice_view *view, const struct pel_job *job, bool parallel, int jitter, struct pel_error *error);
 
 enum pel_slices3d_stage { PEL_STAGE_VIEW, PEL_STAGE_SURFACES, PEL_STAGE_SLICES, PEL_STAGE_FINISH, PEL_STAGES };
 
