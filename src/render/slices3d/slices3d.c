@@ -217,7 +217,7 @@ static bool set_view(struct pel_slices3d *s, const struct pel_frame *frame, stru
         b->cubes[a] = s->phi_p.solid.dims[a];
     b->cubes[3] = 1 << s->phi_p.level;
     b->walk[0] = WALK_CLEAR, b->walk[1] = slabs_too_long(s, scene->volume) ? 0 : WALK_SLICES;
-    const struct pel_gpu_job job = { &s->job, scene, &s->format, &s->box, false, { 0, 0 } };
+    const struct pel_gpu_job job = { &s->job, scene, &s->format, &s->box };
     return pel_gpu_job_send(s->device, &job, &s->block, error) &&
            pel_slices_use_box(s, s->options.cull == PEL_CULL_BAND && s->has_t && s->options.shrink, error);
 }
