@@ -229,7 +229,7 @@ bool pel_slices3d_prepare(struct pel_slices3d *s, const struct pel_frame *frame,
     if ((changes & PEL_CHANGE_VOLUME) && !take_volume(s, frame, error))
         return false;
     double start = pel_now_ms();
-    if (changes & (PEL_CHANGE_VOLUME | PEL_CHANGE_TRANSFER | PEL_CHANGE_SETTINGS)) {
+    if (changes & (PEL_CHANGE_VOLUME | PEL_CHANGE_TRANSFER | PEL_CHANGE_SETTINGS | PEL_CHANGE_STEP)) {
         if (!pel_classify_tables(&s->tables, frame->scene, s->format.raw, &s->job, error) ||
             !pel_gpu_tables_send(s->device, &s->tables, &s->entries, &s->range, error))
             return false;
