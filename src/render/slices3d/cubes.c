@@ -10,7 +10,7 @@
 
 enum {
     ABOVE = 2,
-    LONGEST_RUN = 64,       /* cubes of a run; a word's */
+    LONGEST_RUN = 64,         /* cubes of a run; a word's */
     CUBES_A_THREAD = 1 << 19, /* fewer are not worth waking another for, and waiting for it where the machine is busy */
 };
 
@@ -43,7 +43,7 @@ struct work {
     struct slab {
         size_t counts[7]; /* faces of each direction, and cubes of the set */
         int lo[3], hi[3];
-    } *slabs;
+    } * slabs;
     bool fill;
 };
 
@@ -144,8 +144,8 @@ static void take_faces(const struct work *w, uint64_t cubes, size_t x, int y, in
         if (direction >= 2)
             length = ~rest ? __builtin_ctzll(~rest) : LONGEST_RUN;
         if (w->fill)
-            w->set->faces[*at] = (struct pel_cube_face){ (uint32_t)(x + (size_t)start) | (uint32_t)y << 16,
-                                                         (uint32_t)z | (uint32_t)direction << 16 | (uint32_t)length << 19 };
+            w->set->faces[*at] = (struct pel_cube_face) { (uint32_t)(x + (size_t)start) | (uint32_t)y << 16,
+                                                          (uint32_t)z | (uint32_t)direction << 16 | (uint32_t)length << 19 };
         (*at)++;
         cubes = length == LONGEST_RUN ? 0 : cubes & ~((((uint64_t)1 << length) - 1) << start);
     }
@@ -248,7 +248,7 @@ static bool extract(struct work *w, const struct pel_octree *octree, int level, 
         threads = 1;
     w->slabs = (struct slab *)(void *)set->scratch;
     for (size_t z = 0; z < slabs; z++)
-        w->slabs[z] = (struct slab){ .lo = { 1 << 30, 1 << 30, 1 << 30 } };
+        w->slabs[z] = (struct slab) { .lo = { 1 << 30, 1 << 30, 1 << 30 } };
     pel_parallel_for(threads, slabs, classify_slab, w);
     pel_parallel_for(threads, slabs, faces_of_slab, w);
     sum_up(w);
