@@ -32,7 +32,7 @@ void pel_target_destroy(struct pel_device *device, struct pel_target *target)
     if (pel_device_is_current(device))
         glDeleteFramebuffers(1, &target->name);
     device->objects--;
-    *target = (struct pel_target){ 0 };
+    *target = (struct pel_target) { 0 };
 }
 
 static void set(GLenum what, bool on)

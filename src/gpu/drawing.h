@@ -24,11 +24,11 @@ enum pel_blending {
 
 /* All the fixed-function state of a pass; what is left out is off. */
 struct pel_pass {
-    GLenum depth_func;          /* GL_LESS, ...; 0: no test, and nothing is written */
+    GLenum depth_func; /* GL_LESS, ...; 0: no test, and nothing is written */
     bool depth_write, color_write;
     enum pel_blending blending;
-    bool stencil_write;         /* the fragment shader's value goes into the stencil buffer */
-    bool stencil_test;          /* passes where the stencil buffer is at most the reference (pel_pass_stencil) */
+    bool stencil_write; /* the fragment shader's value goes into the stencil buffer */
+    bool stencil_test;  /* passes where the stencil buffer is at most the reference (pel_pass_stencil) */
 };
 
 /* Starts a pass on the target, over width x height pixels of it. */

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
-/* The cost model of sections 2 and 3.5 (3.3 and 3.4.5 of the dissertation), beside what it is a model of. Everything is measured on the spot:
- * fragments by the GPU's own queries, times by whole passes over the same view.
+/* The cost model of sections 2 and 3.5 (3.3 and 3.4.5 of the dissertation), beside what it is a model of. Everything is measured on the
+ * spot: fragments by the GPU's own queries, times by whole passes over the same view.
  *
  *   F      fragments of all slices             T_s  time of one with the simple shader
  *   F_t    of phi_t's back faces               T_z  of one that the z-buffer discards early; the papers take T_s for it
@@ -17,8 +17,8 @@
 #include "timer.h"
 
 struct cost {
-    double f, f_t, f_p, f_c, f_c2; /* the last: F_c' */
-    double t_s, t_z, t_c;          /* ms a fragment */
+    double f, f_t, f_p, f_c, f_c2;    /* the last: F_c' */
+    double t_s, t_z, t_c;             /* ms a fragment */
     double basic, two_passes, culled; /* ms a frame, as measured */
 };
 
@@ -121,8 +121,14 @@ bool pel_slices_note_cost(struct pel_slices3d *s, const struct pel_frame *frame,
     const struct {
         const char *name;
         double value;
-    } counts[] = { { "F", c.f }, { "F_t", c.f_t }, { "F_p", c.f_p }, { "F_c'", c.f_c2 }, { "F_c of two passes", c.f_c },
-                   { "T_s, ps", c.t_s * 1e9 }, { "T_z, ps", c.t_z * 1e9 }, { "T_c, ps", c.t_c * 1e9 } };
+    } counts[] = { { "F", c.f },
+                   { "F_t", c.f_t },
+                   { "F_p", c.f_p },
+                   { "F_c'", c.f_c2 },
+                   { "F_c of two passes", c.f_c },
+                   { "T_s, ps", c.t_s * 1e9 },
+                   { "T_z, ps", c.t_z * 1e9 },
+                   { "T_c, ps", c.t_c * 1e9 } };
     for (size_t i = 0; i < sizeof counts / sizeof *counts; i++)
         pel_frame_count(frame, counts[i].name, (uint64_t)counts[i].value);
     double gamma = ratio(c.t_s, c.t_c), alpha = ratio(c.f - c.f_c, c.f), culled = ratio(c.f - c.f_c2, c.f);
@@ -130,8 +136,7 @@ bool pel_slices_note_cost(struct pel_slices3d *s, const struct pel_frame *frame,
     count_mille(frame, "alpha of two passes, per mille", alpha);
     count_mille(frame, "alpha of culling, per mille", culled);
     count_mille(frame, "two passes, (6), per mille", (1 - gamma) * (alpha + 1));
-    count_mille(frame, "two passes, predicted (2), per mille",
-                ratio(c.f * c.t_c, c.f * c.t_s + (c.f - c.f_c) * c.t_z + c.f_c * c.t_c));
+    count_mille(frame, "two passes, predicted (2), per mille", ratio(c.f * c.t_c, c.f * c.t_s + (c.f - c.f_c) * c.t_z + c.f_c * c.t_c));
     count_mille(frame, "two passes, predicted (5), per mille", ratio(1, alpha * gamma + 1 - alpha + gamma));
     count_mille(frame, "two passes, measured, per mille", ratio(c.basic, c.two_passes));
     count_mille(frame, "culling, predicted (9), per mille",

@@ -8,7 +8,11 @@
 #include "alloc.h"
 #include "parallel.h"
 
-enum { LONGEST_RUN = 64 }; /* cubes of a run; a word's */
+enum {
+    ABOVE = 2,
+    LONGEST_RUN = 64,         /* cubes of a run; a word's */
+    CUBES_A_THREAD = 1 << 19, /* fewer are not worth waking another for, and waiting for it where the machine is busy */
+};
 
 void pel_cube_table_build(struct pel_cube_table *table, const struct pel_octree *octree, const struct pel_transfer_table *transfer)
 {
@@ -31,14 +35,15 @@ void pel_cube_table_build(struct pel_cube_table *table, const struct pel_octree 
 
 struct work {
     struct pel_cube_set *set;
-    const struct pel_octree_level *nodes;
+    const struct pel_octree_level *nodes, *above; /* of the cubes; of nodes 2^ABOVE times as large */
     const struct pel_cube_table *table;
+    int shift;     /* ABOVE, or 0 where there are no larger nodes */
     bool reduced;  /* phi_p */
     int threshold; /* phi_p: 255ths; 0: phi_t */
     struct slab {
         size_t counts[7]; /* faces of each direction, and cubes of the set */
         int lo[3], hi[3];
-    } *slabs;
+    } * slabs;
     bool fill;
 };
 
@@ -62,18 +67,26 @@ static void classify_row_t(struct work *w, struct slab *slab, size_t y, size_t z
     }
 }
 
+/* Cubes below a node of the octree that is empty need not be looked at. */
 static void classify_row_p(struct work *w, size_t y, size_t z)
 {
-    const struct pel_octree_level *n = w->nodes;
+    const struct pel_octree_level *n = w->nodes, *above = w->above;
     size_t nx = (size_t)n->dims[0], at = (z * (size_t)n->dims[1] + y) * nx;
+    size_t row_above = ((z >> w->shift) * (size_t)above->dims[1] + (y >> w->shift)) * (size_t)above->dims[0];
     uint64_t *row = w->set->solid.rows + row_of(&w->set->solid, y, z);
     uint8_t *opacity = w->set->opacity + at;
-    for (size_t x = 0; x < nx; x++) {
-        int lo = n->lo[at + x], hi = n->hi[at + x], middle = (lo + hi) / 2;
-        uint8_t least = w->table->opacity[w->reduced ? lo + PEL_OCTREE_BINS * hi : middle + PEL_OCTREE_BINS * middle];
-        bool opaque = least >= w->threshold;
-        opacity[x] = opaque ? least : 0;
-        row[x / 64] |= (uint64_t)opaque << x % 64;
+    memset(opacity, 0, nx);
+    for (size_t parent = 0; parent < (size_t)above->dims[0]; parent++) {
+        size_t end = (parent + 1) << w->shift < nx ? (parent + 1) << w->shift : nx;
+        if (w->table->classes[above->lo[row_above + parent] + PEL_OCTREE_BINS * above->hi[row_above + parent]] == PEL_CUBE_EMPTY)
+            continue;
+        for (size_t x = parent << w->shift; x < end; x++) {
+            int lo = n->lo[at + x], hi = n->hi[at + x], middle = (lo + hi) / 2;
+            uint8_t least = w->table->opacity[w->reduced ? lo + PEL_OCTREE_BINS * hi : middle + PEL_OCTREE_BINS * middle];
+            bool opaque = least >= w->threshold;
+            opacity[x] = opaque ? least : 0;
+            row[x / 64] |= (uint64_t)opaque << x % 64;
+        }
     }
 }
 
@@ -131,8 +144,8 @@ static void take_faces(const struct work *w, uint64_t cubes, size_t x, int y, in
         if (direction >= 2)
             length = ~rest ? __builtin_ctzll(~rest) : LONGEST_RUN;
         if (w->fill)
-            w->set->faces[*at] = (struct pel_cube_face){ (uint32_t)(x + (size_t)start) | (uint32_t)y << 16,
-                                                         (uint32_t)z | (uint32_t)direction << 16 | (uint32_t)length << 19 };
+            w->set->faces[*at] = (struct pel_cube_face) { (uint32_t)(x + (size_t)start) | (uint32_t)y << 16,
+                                                          (uint32_t)z | (uint32_t)direction << 16 | (uint32_t)length << 19 };
         (*at)++;
         cubes = length == LONGEST_RUN ? 0 : cubes & ~((((uint64_t)1 << length) - 1) << start);
     }
@@ -225,13 +238,17 @@ static bool extract(struct work *w, const struct pel_octree *octree, int level, 
 {
     struct pel_cube_set *set = w->set;
     w->nodes = &octree->levels[level];
+    w->above = &octree->levels[level + ABOVE < PEL_OCTREE_LEVELS ? level + ABOVE : level];
+    w->shift = level + ABOVE < PEL_OCTREE_LEVELS ? ABOVE : 0;
     if (!reserve(set, w->nodes, w->threshold > 0, error))
         return false;
-    size_t slabs = (size_t)set->solid.dims[2];
+    size_t slabs = (size_t)set->solid.dims[2], cubes = slabs * (size_t)set->solid.dims[1] * (size_t)set->solid.dims[0];
     set->level = level;
+    if (cubes < CUBES_A_THREAD)
+        threads = 1;
     w->slabs = (struct slab *)(void *)set->scratch;
     for (size_t z = 0; z < slabs; z++)
-        w->slabs[z] = (struct slab){ .lo = { 1 << 30, 1 << 30, 1 << 30 } };
+        w->slabs[z] = (struct slab) { .lo = { 1 << 30, 1 << 30, 1 << 30 } };
     pel_parallel_for(threads, slabs, classify_slab, w);
     pel_parallel_for(threads, slabs, faces_of_slab, w);
     sum_up(w);

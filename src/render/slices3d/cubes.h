@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
-/* The two sets of cubes that stand for the isosurfaces phi_t and phi_p (sections 4.1 and 4.2; 3.5 of the dissertation), extracted again from
- * the octree whenever the transfer function changes, and their outer faces, which are what is drawn into the z-buffer.
+/* The two sets of cubes that stand for the isosurfaces phi_t and phi_p (sections 4.1 and 4.2; 3.5 of the dissertation), extracted again
+ * from the octree whenever the transfer function changes, and their outer faces, which are what is drawn into the z-buffer.
  *
  * The papers have one threshold each and want the interior to lie above it. Here the range table answers for an interval of values, so any
  * transfer function will do: with several bands, with opaque shells in translucent ones, with interiors below the isovalue.
@@ -31,7 +31,7 @@ struct pel_cube_face {
 /* A set of cubes of one level: a bit a cube, rows of whole words. */
 struct pel_cube_bits {
     int dims[3];
-    size_t words; /* a row */
+    size_t words;   /* a row */
     uint64_t *rows; /* owned */
 };
 
@@ -41,10 +41,10 @@ struct pel_cube_set {
     size_t cubes;                /* in S (figure 5), in T (figure 8) */
     struct pel_cube_face *faces; /* owned; the outer ones of the set, ordered by direction */
     size_t room;
-    size_t first[7];             /* of each direction in `faces`; the last is the count */
-    uint8_t *opacity;            /* owned; phi_p: a cube's least opacity, 0 below the threshold */
-    int lo[3], hi[3];            /* the solid cubes lie in [lo, hi) */
-    size_t *scratch;             /* owned */
+    size_t first[7];  /* of each direction in `faces`; the last is the count */
+    uint8_t *opacity; /* owned; phi_p: a cube's least opacity, 0 below the threshold */
+    int lo[3], hi[3]; /* the solid cubes lie in [lo, hi) */
+    size_t *scratch;  /* owned */
 };
 
 /* phi_t, inflated: the cubes that contain the surface, and those inside it at the volume's boundary, so that it is closed (figure 5). */

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
-/* Built slab by slab: the voxel slices that a slab of leaves touches become bins, are folded along z, then along y, then along x, each a loop
- * over bytes that the compiler vectorises. Higher levels are folded from the level below, eight nodes to one. */
+/* Built slab by slab: the voxel slices that a slab of leaves touches become bins, are folded along z, then along y, then along x, each a
+ * loop over bytes that the compiler vectorises. Higher levels are folded from the level below, eight nodes to one. */
 #include "octree.h"
 
 #include <math.h>
@@ -78,10 +78,10 @@ bool pel_octree_interval(const struct pel_octree *o, int lo, int hi, double *lea
 struct work {
     struct pel_octree *octree;
     const struct pel_volume *volume;
-    uint8_t table[256];  /* bins of bytes */
-    uint8_t *scratch;    /* a thread's: a slice of bins, and two of their extremes */
-    double *row;         /* a thread's: a row of values */
-    size_t slice;        /* voxels of one */
+    uint8_t table[256]; /* bins of bytes */
+    uint8_t *scratch;   /* a thread's: a slice of bins, and two of their extremes */
+    double *row;        /* a thread's: a row of values */
+    size_t slice;       /* voxels of one */
 };
 
 /* A row of voxels as bins; bytes through a table. */

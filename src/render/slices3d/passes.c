@@ -134,7 +134,7 @@ static bool init_ess(struct pel_slices3d *s, bool all_or_nothing, struct pel_err
         return true;
     if (s->view.eye_inside || all_or_nothing)
         glClearNamedFramebufferfv(s->target.name, GL_DEPTH, 0, &zero); /* 3.4: "zero or the front faces of the volume" */
-    else if (!draw_box(s, error)) /* step 2 */
+    else if (!draw_box(s, error))                                      /* step 2 */
         return false;
     pel_gpu_counter_begin(s->device, &s->counters[0]);
     bool ok = draw_phi_t(s, GL_GREATER, false, all_or_nothing ? 1e9f : margin(s), error); /* steps 3 and 4 */
@@ -254,10 +254,11 @@ bool pel_slices_draw(struct pel_slices3d *s, enum pel_cull cull, int slab, struc
 {
     static const GLfloat nothing[4] = { 0, 0, 0, 0 };
     bool greater = cull == PEL_CULL_FRONT, stencil = by_stencil(s, cull), polygon = slab == 1;
-    unsigned has = sampling_has(s) | (cull == PEL_CULL_BAND && !stencil ? PEL_HAS_BAND : 0) |
-                   (s->options.early_out ? PEL_HAS_EARLY_OUT : 0);
+    unsigned has =
+        sampling_has(s) | (cull == PEL_CULL_BAND && !stencil ? PEL_HAS_BAND : 0) | (s->options.early_out ? PEL_HAS_EARLY_OUT : 0);
     GLuint stop = 0, program;
-    if (slab && !use(s, polygon ? "slice_vertex.glsl" : "whole_vertex.glsl", "stop_fragment.glsl", greater ? PEL_HAS_GREATER : 0, &stop, error))
+    if (slab &&
+        !use(s, polygon ? "slice_vertex.glsl" : "whole_vertex.glsl", "stop_fragment.glsl", greater ? PEL_HAS_GREATER : 0, &stop, error))
         return false;
     if (!use(s, "slice_vertex.glsl", "slice_fragment.glsl", has, &program, error)) /* step 3 */
         return false;
@@ -282,7 +283,8 @@ bool pel_slices_draw(struct pel_slices3d *s, enum pel_cull cull, int slab, struc
 bool pel_slices_count(struct pel_slices3d *s, enum pel_cull cull, struct pel_gpu_counter *counter, struct pel_error *error)
 {
     GLuint program;
-    if (!use(s, "slice_vertex.glsl", "plain_fragment.glsl", cull == PEL_CULL_BAND && !by_stencil(s, cull) ? PEL_HAS_BAND : 0, &program, error))
+    if (!use(s, "slice_vertex.glsl", "plain_fragment.glsl", cull == PEL_CULL_BAND && !by_stencil(s, cull) ? PEL_HAS_BAND : 0, &program,
+             error))
         return false;
     begin_volume(s, cull, false, false);
     pel_gpu_counter_begin(s->device, counter);

@@ -14,8 +14,8 @@ static void put_plane(float to[4], const double normal[3], double offset, double
     to[3] = (float)(offset * scale);
 }
 
-/* An index position q is met by pixel (x, y) where q - eye = k (d0 + x dx + y dy), k being the view depth; in parallel, where q - p0 = x px +
- * y py + s d0 (rays.c). The inverse matrix gives k x, k y and k; or x, y and s. */
+/* An index position q is met by pixel (x, y) where q - eye = k (d0 + x dx + y dy), k being the view depth; in parallel, where q - p0 = x px
+ * + y py + s d0 (rays.c). The inverse matrix gives k x, k y and k; or x, y and s. */
 static bool project(struct pel_slice_block *b, const struct pel_job *job, bool parallel, double eye[3], double depth[4])
 {
     double columns[3][3], rows[3][3], offset[3];

@@ -37,7 +37,8 @@ void pel_slices3d_destroy(struct pel_slices3d *s)
     if (!s)
         return;
     struct pel_device *d = s->device;
-    struct pel_texture *textures[] = { &s->volume, &s->entries, &s->opacities, &s->picture, &s->z, &s->near, &s->stretch, &s->depth, &s->finished };
+    struct pel_texture *textures[] = { &s->volume, &s->entries, &s->opacities, &s->picture, &s->z,
+                                       &s->near,   &s->stretch, &s->depth,     &s->finished };
     struct pel_target *targets[] = { &s->target, &s->near_target, &s->z_target, &s->stretch_target, &s->depth_target, &s->finished_target };
     struct pel_buffer *buffers[] = { &s->range, &s->block, &s->slice_block };
     struct pel_cube_faces *faces[] = { &s->faces_t, &s->faces_p, &s->faces_box };
@@ -73,7 +74,8 @@ static bool fits(const struct pel_slices3d *s, const struct pel_volume *v, struc
         bytes *= v->dims[a];
     }
     return (fits && (!limit || bytes <= limit)) ||
-           pel_fail(error, PEL_ERROR_UNSUPPORTED, "slices3d keeps the whole volume on the device, which does not hold it; use the technique raycast");
+           pel_fail(error, PEL_ERROR_UNSUPPORTED,
+                    "slices3d keeps the whole volume on the device, which does not hold it; use the technique raycast");
 }
 
 static void set_box(struct pel_gpu_box *box, const struct pel_volume *v)
@@ -176,7 +178,7 @@ static bool send_box_faces(struct pel_slices3d *s, struct pel_error *error)
     struct pel_cube_face faces[6];
     bool there;
     for (uint32_t d = 0; d < 6; d++)
-        faces[d] = (struct pel_cube_face){ 0, d << 16 | 1u << 19 };
+        faces[d] = (struct pel_cube_face) { 0, d << 16 | 1u << 19 };
     return s->faces_box.buffer.name || send_faces(s, &s->faces_box, faces, 6, &there, error);
 }
 
@@ -217,7 +219,7 @@ static bool set_view(struct pel_slices3d *s, const struct pel_frame *frame, stru
         b->cubes[a] = s->phi_p.solid.dims[a];
     b->cubes[3] = 1 << s->phi_p.level;
     b->walk[0] = WALK_CLEAR, b->walk[1] = slabs_too_long(s, scene->volume) ? 0 : WALK_SLICES;
-    const struct pel_gpu_job job = { &s->job, scene, &s->format, &s->box, false, { 0, 0 } };
+    const struct pel_gpu_job job = { &s->job, scene, &s->format, &s->box };
     return pel_gpu_job_send(s->device, &job, &s->block, error) &&
            pel_slices_use_box(s, s->options.cull == PEL_CULL_BAND && s->has_t && s->options.shrink, error);
 }
@@ -229,7 +231,7 @@ bool pel_slices3d_prepare(struct pel_slices3d *s, const struct pel_frame *frame,
     if ((changes & PEL_CHANGE_VOLUME) && !take_volume(s, frame, error))
         return false;
     double start = pel_now_ms();
-    if (changes & (PEL_CHANGE_VOLUME | PEL_CHANGE_TRANSFER | PEL_CHANGE_SETTINGS)) {
+    if (changes & (PEL_CHANGE_VOLUME | PEL_CHANGE_TRANSFER | PEL_CHANGE_SETTINGS | PEL_CHANGE_STEP)) {
         if (!pel_classify_tables(&s->tables, frame->scene, s->format.raw, &s->job, error) ||
             !pel_gpu_tables_send(s->device, &s->tables, &s->entries, &s->range, error))
             return false;
@@ -299,7 +301,8 @@ static bool draw_passes(struct pel_slices3d *s, const struct pel_frame *frame, b
 static bool read_back(struct pel_slices3d *s, struct pel_image *image, bool finished, struct pel_error *error)
 {
     GLsizei pixels = image->width * image->height;
-    glGetTextureImage(finished ? s->finished.name : s->picture.name, 0, GL_RGBA, GL_FLOAT, pixels * 4 * (GLsizei)sizeof(float), image->rgba);
+    glGetTextureImage(finished ? s->finished.name : s->picture.name, 0, GL_RGBA, GL_FLOAT, pixels * 4 * (GLsizei)sizeof(float),
+                      image->rgba);
     if (image->depth)
         glGetTextureImage(s->depth.name, 0, GL_RED, GL_FLOAT, pixels * (GLsizei)sizeof(float), image->depth);
     return pel_device_check(s->device, "reading the picture back", error);

@@ -91,7 +91,7 @@ struct pel_slices3d {
     struct pel_target target, near_target, z_target, stretch_target, depth_target, finished_target;
     struct pel_vertices vertices;
     struct pel_gpu_timer timers[PEL_STAGES];
-    double milliseconds[PEL_STAGES]; /* since each stage began */
+    double milliseconds[PEL_STAGES];    /* since each stage began */
     struct pel_gpu_counter counters[4]; /* of phi_t and of phi_p in the z-buffer, of slices; cost.c's */
     int stops;                          /* passes between slabs */
 };

@@ -14,20 +14,22 @@ static const char *const targets[] = { "float32", "float16", "byte", NULL };
 #define AT(field) offsetof(struct pel_slices3d_options, field)
 static const struct pel_option options[] = {
     { "cull", "Culling",
-      "What hides fragments before they are shaded: nothing; empty space in front (front); rays that meet nothing (err); these and empty space "
+      "What hides fragments before they are shaded: nothing; empty space in front (front); rays that meet nothing (err); these and empty "
+      "space "
       "behind (ess); what lies behind opaque cubes (ert); both; or all of them with a second z-buffer (band)",
       PEL_OPTION_CHOICE, AT(cull), 0, 0, "band", culls, NULL },
-    { "cube-t", "Cubes of phi_t", "Edge of the cubes that enclose what may be seen; a power of two", PEL_OPTION_INT, AT(cube_t), 1, 32, "4", NULL,
-      "voxels" },
-    { "cube-p", "Cubes of phi_p", "Edge of the cubes that are opaque everywhere; a power of two", PEL_OPTION_INT, AT(cube_p), 1, 32, "2", NULL,
-      "voxels" },
-    { "opaque", "Opaque from", "Opacity of a unit distance from which a cube may hide others", PEL_OPTION_DOUBLE, AT(opaque), 0.05, 1, "0.8", NULL,
-      NULL },
+    { "cube-t", "Cubes of phi_t", "Edge of the cubes that enclose what may be seen; a power of two", PEL_OPTION_INT, AT(cube_t), 1, 32, "4",
+      NULL, "voxels" },
+    { "cube-p", "Cubes of phi_p", "Edge of the cubes that are opaque everywhere; a power of two", PEL_OPTION_INT, AT(cube_p), 1, 32, "2",
+      NULL, "voxels" },
+    { "opaque", "Opaque from", "Opacity of a unit distance from which a cube may hide others", PEL_OPTION_DOUBLE, AT(opaque), 0.05, 1,
+      "0.8", NULL, NULL },
     { "phi-p", "Surface phi_p",
-      "How opaque cubes hide: rays are followed in them until no more is seen (followed), they stop at the face as in the paper (reduced), or also at cubes that are opaque in part, which tears holes (original)",
+      "How opaque cubes hide: rays are followed in them until no more is seen (followed), they stop at the face as in the paper (reduced), "
+      "or also at cubes that are opaque in part, which tears holes (original)",
       PEL_OPTION_CHOICE, AT(phi_p), 0, 0, "followed", phi_ps, NULL },
-    { "slab", "Slab", "Slices after which pixels that are full are stopped, 1: after each as in the paper's two passes; 0: never", PEL_OPTION_INT,
-      AT(slab), 0, 4096, "0", NULL, "slices" },
+    { "slab", "Slab", "Slices after which pixels that are full are stopped, 1: after each as in the paper's two passes; 0: never",
+      PEL_OPTION_INT, AT(slab), 0, 4096, "0", NULL, "slices" },
     { "back-to-front", "Back to front", "Draw the farthest slice first", PEL_OPTION_BOOL, AT(back_to_front), 0, 0, "false", NULL, NULL },
     { "early-out", "Early out", "Leave fragments that are transparent before they are shaded, which the paper's shaders could not",
       PEL_OPTION_BOOL, AT(early_out), 0, 0, "true", NULL, NULL },
