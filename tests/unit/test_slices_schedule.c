@@ -16,7 +16,7 @@ static const struct pel_slices_quality best = { 4, 1, 4 };
 static double frame_ms(const struct pel_slices_quality *q, double scale)
 {
     const double each = q->slices_per_polygon == 1 ? 1 : q->slices_per_polygon == 2 ? 0.6 : q->slices_per_polygon == 4 ? 0.4 : 0.5;
-    return pel_slices_count(q, VOXELS) * each * scale;
+    return pel_slices_scheduled(q, VOXELS) * each * scale;
 }
 
 static struct pel_slices_quality run(struct pel_slices_scheduler *s, int frames, double budget, double scale)
@@ -32,11 +32,11 @@ static struct pel_slices_quality run(struct pel_slices_scheduler *s, int frames,
 static void test_counts(void **state)
 {
     (void)state;
-    assert_int_equal(pel_slices_count(&(struct pel_slices_quality) { 1, 1, 1 }, VOXELS), 257);
-    assert_int_equal(pel_slices_count(&(struct pel_slices_quality) { 4, 1, 1 }, VOXELS), 1025);
-    assert_int_equal(pel_slices_count(&(struct pel_slices_quality) { 1, 2, 1 }, VOXELS), 129);
-    assert_int_equal(pel_slices_count(&(struct pel_slices_quality) { 1, 8, 1 }, 10), 3);
-    assert_int_equal(pel_slices_count(&(struct pel_slices_quality) { 10, 1, 1 }, 1), 1);
+    assert_int_equal(pel_slices_scheduled(&(struct pel_slices_quality) { 1, 1, 1 }, VOXELS), 257);
+    assert_int_equal(pel_slices_scheduled(&(struct pel_slices_quality) { 4, 1, 1 }, VOXELS), 1025);
+    assert_int_equal(pel_slices_scheduled(&(struct pel_slices_quality) { 1, 2, 1 }, VOXELS), 129);
+    assert_int_equal(pel_slices_scheduled(&(struct pel_slices_quality) { 1, 8, 1 }, 10), 3);
+    assert_int_equal(pel_slices_scheduled(&(struct pel_slices_quality) { 10, 1, 1 }, 1), 1);
 }
 
 static void test_nothing_known(void **state)

@@ -90,7 +90,7 @@ static double spacing_of(const struct pel_job *job, const struct pel_slices_part
 static int slices_of(const struct pel_job *job, const struct pel_slices_part *part, const struct pel_slices_layout *layout)
 {
     const struct pel_slices_quality quality = { layout->supersampling, layout->every, layout->each };
-    return pel_slices_count(&quality, job->dims[part->axis]);
+    return pel_slices_scheduled(&quality, job->dims[part->axis]);
 }
 
 /* Number of the first slice: a single slice of voxels has a stretch before it, too. */

@@ -12,14 +12,14 @@ static int index_of(int slices_per_polygon)
     return i;
 }
 
-int pel_slices_count(const struct pel_slices_quality *q, int voxels)
+int pel_slices_scheduled(const struct pel_slices_quality *q, int voxels)
 {
     return voxels > 1 ? ((voxels - 1) * q->supersampling + q->every - 1) / q->every + 1 : 1;
 }
 
 void pel_slices_measured(struct pel_slices_scheduler *s, const struct pel_slices_quality *q, int voxels, double ms)
 {
-    double *known = &s->ms_per_slice[index_of(q->slices_per_polygon)], cost = ms / pel_slices_count(q, voxels);
+    double *known = &s->ms_per_slice[index_of(q->slices_per_polygon)], cost = ms / pel_slices_scheduled(q, voxels);
     if (cost > 0)
         *known = *known > 0 ? 0.5 * (*known + cost) : cost; /* half of what was, so that one slow frame does not decide */
 }
@@ -64,7 +64,7 @@ struct pel_slices_quality pel_slices_schedule(const struct pel_slices_scheduler 
         q.slices_per_polygon = 1 << known;
     if (!interacting)
         return q;
-    while (known >= 0 && pel_slices_count(&q, voxels) * s->ms_per_slice[known] > budget_ms && coarsen(&q))
+    while (known >= 0 && pel_slices_scheduled(&q, voxels) * s->ms_per_slice[known] > budget_ms && coarsen(&q))
         continue;
     if (next >= 0)
         q.slices_per_polygon = 1 << next;

@@ -18,7 +18,7 @@ struct pel_slices_scheduler {
 };
 
 /* Slices of a frame of that quality, where `voxels` slices of voxels lie along the view. */
-int pel_slices_count(const struct pel_slices_quality *quality, int voxels);
+int pel_slices_scheduled(const struct pel_slices_quality *quality, int voxels);
 
 /* Takes in what a frame cost; a change of scene or size shows after some frames. */
 void pel_slices_measured(struct pel_slices_scheduler *scheduler, const struct pel_slices_quality *quality, int voxels, double ms);
