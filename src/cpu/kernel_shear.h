@@ -279,7 +279,7 @@ PEL_INLINE struct slice_row row_place(const struct pel_job *job, const struct pe
     r.next_row = r.turned ? turn->next_row : a == 1 ? job->row : job->slice;
     r.next_slice = r.turned ? turn->next_slice : c == 1 ? job->row : job->slice;
     int from_slice = r.turned ? turn->x0 : 0, from_row = r.turned ? turn->z0 : 0;
-    int32_t weight = (int32_t)(r.i * 16384.0f + 0.5f);
+    int32_t weight = s->unit ? (int32_t)(r.i * 16384.0f + 0.5f) : 0;
     r.pair = (weight << 16) | (16384 - weight);
     r.offset = (slice->voxel - from_slice) * r.next_slice + (r.j - from_row) * r.next_row + r.whole;
     return r;
