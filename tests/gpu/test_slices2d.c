@@ -128,6 +128,39 @@ static void test_directions(void **state)
     pel_volume_finish(&volume);
 }
 
+/* Depth is the ray caster's to within the distance between slices; for surfaces, exactly. */
+static void test_depth(void **state)
+{
+    (void)state;
+    need_device();
+    struct pel_volume volume;
+    struct pel_scene scene;
+    struct pel_renderer *renderer = gpu_renderer();
+    make_typed(&volume, &scene, PEL_U8, blob);
+    set(renderer, "supersampling", "4");
+    for (int variant = 0; variant < 8; variant++) {
+        struct pel_image truth, gpu;
+        const bool surface = variant & 1;
+        int both = 0, alike = 0;
+        scene.render.mode = surface ? PEL_MODE_ISOSURFACE : PEL_MODE_COMPOSITE;
+        look_along(&scene, 3 * variant + 2, variant & 2);
+        draw(&scene, "raycast", WIDTH, HEIGHT, &truth);
+        draw_slices(renderer, &scene, &gpu);
+        for (int i = 0; i < WIDTH * HEIGHT; i++)
+            if (isfinite(truth.depth[i]) && isfinite(gpu.depth[i])) {
+                both++;
+                alike += fabs((double)truth.depth[i] - (double)gpu.depth[i]) < (surface ? 0.02 : 1);
+            }
+        check_at_least(both, 100, "variant %d: pixels with a depth", variant);
+        check_at_least(alike, 0.97 * both, "variant %d: pixels with the ray caster's depth", variant);
+        pel_image_finish(&truth);
+        pel_image_finish(&gpu);
+    }
+    pel_renderer_destroy(renderer);
+    pel_scene_finish(&scene);
+    pel_volume_finish(&volume);
+}
+
 /* n slices a polygon: the picture of one, in perspective, close by, and where planes and a box cut. */
 static void check_polygons(struct pel_renderer *renderer, const struct pel_scene *scene, const char *what)
 {
@@ -593,6 +626,7 @@ int main(void)
         cmocka_unit_test(test_thin),
         cmocka_unit_test(test_slice_step),
         cmocka_unit_test(test_borrowed),
+        cmocka_unit_test(test_depth),
     };
     return cmocka_run_group_tests(tests, open_device, close_device);
 }

@@ -7,7 +7,7 @@
 layout(location = 0) out vec4 polygon;
 vec4 sum = vec4(0.0);
 float before = 0.0;  // opacity of the polygons before this one, where depth is asked for
-float seen_at = -1e9; // the slice at which half the light was gathered
+float seen_at = -1e9; // the slice at which half the light was gathered; SURFACES: of the first surface, however faint
 
 #ifdef DEPTH
 layout(binding = 5) uniform sampler2D so_far;
@@ -26,7 +26,13 @@ void put_behind(vec4 more, float m)
     float was = before + (1.0 - before) * sum.a;
     sum += (1.0 - sum.a) * more;
 #ifdef DEPTH
-    if (was < 0.5 && before + (1.0 - before) * sum.a >= 0.5)
+    float now = before + (1.0 - before) * sum.a;
+#ifdef SURFACES
+    bool reached = was == 0.0 && now > 0.0;
+#else
+    bool reached = was < 0.5 && now >= 0.5;
+#endif
+    if (reached)
         seen_at = m;
 #endif
 }

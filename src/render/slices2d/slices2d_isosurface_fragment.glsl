@@ -7,6 +7,7 @@
 #include "space.glsl"
 #include "slices2d_space.glsl"
 #include "slices2d_stack.glsl"
+#define SURFACES
 #include "slices2d_gather.glsl"
 #include "slices2d_lighting.glsl"
 layout(location = 0) flat in int first_slice;
@@ -18,12 +19,7 @@ vec3 inside(vec3 place)
 
 void surface(const Ray r, int i, vec3 place, float m, float alpha)
 {
-    float opaque = sum.a;
     put_behind(vec4(light_sample(r, gradient(place), alpha, alpha * job.iso_color[i].rgb), alpha), m);
-#ifdef DEPTH
-    if (seen_at < -1e8 && opaque == 0.0 && before == 0.0) // the depth is the first surface's, however faint
-        seen_at = m;
-#endif
 }
 
 #ifdef ALPHA_TEST
