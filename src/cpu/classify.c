@@ -78,11 +78,8 @@ static bool may_be_seen(const struct marking *m, float least, float most)
     const struct pel_job *job = m->job;
     if (job->mode == PEL_MODE_MIP || job->mode == PEL_MODE_MINIP) /* can it beat the volume's worst value? */
         return m->minmax->has_voids || (job->mode == PEL_MODE_MIP ? most > m->least : least < m->most);
-    if (job->mode != PEL_MODE_ISOSURFACE) {
-        float none, opacity;
-        pel_transfer_table_opacity_range(&m->state->table, least, most, &none, &opacity);
-        return opacity > 0;
-    }
+    if (job->mode != PEL_MODE_ISOSURFACE)
+        return pel_transfer_table_visible(&m->state->table, least, most);
     double a = ((double)least - m->raw.offset) / m->raw.scale, b = ((double)most - m->raw.offset) / m->raw.scale;
     double margin = 1e-6 * (fabs(a) + fabs(b));
     for (int i = 0; i < job->iso_count; i++)
@@ -91,25 +88,37 @@ static bool may_be_seen(const struct marking *m, float least, float most)
     return false;
 }
 
+/* Cells first .. first + count - 1 of a row; gives how many may be seen, without marks 1 at the first. */
+static size_t mark_row(const struct marking *m, size_t first, size_t count, size_t y, size_t z, uint8_t *to)
+{
+    const struct pel_minmax_level *cells = &m->minmax->cells, *blocks = &m->minmax->blocks;
+    size_t row = (z * cells->dims[1] + y) * cells->dims[0], block_row = ((z / 4) * blocks->dims[1] + y / 4) * blocks->dims[0];
+    size_t end = first + count, visible = 0;
+    for (size_t x = first, next; x < end; x = next) {
+        next = (x / 4 + 1) * 4 < end ? (x / 4 + 1) * 4 : end;
+        bool any = may_be_seen(m, blocks->least[block_row + x / 4], blocks->most[block_row + x / 4]);
+        if (!any && to)
+            memset(to + (x - first), 1, next - x);
+        for (; any && x < next; x++) {
+            bool seen = may_be_seen(m, cells->least[row + x], cells->most[row + x]);
+            visible += seen;
+            if (to)
+                to[x - first] = !seen;
+            else if (seen)
+                return visible;
+        }
+    }
+    return visible;
+}
+
 static void mark_slab(void *context, size_t z, int thread)
 {
     (void)thread;
     const struct marking *m = context;
-    const struct pel_minmax_level *cells = &m->minmax->cells, *blocks = &m->minmax->blocks;
+    const struct pel_classification_state *s = m->state;
     size_t visible = 0;
-    for (size_t y = 0; y < cells->dims[1]; y++) {
-        uint8_t *to = m->state->marks + (z << m->state->slice_shift) + (y << m->state->row_shift);
-        size_t row = (z * cells->dims[1] + y) * cells->dims[0], block_row = ((z / 4) * blocks->dims[1] + y / 4) * blocks->dims[0];
-        for (size_t block = 0; block < blocks->dims[0]; block++) {
-            size_t end = block * 4 + 4 < cells->dims[0] ? block * 4 + 4 : cells->dims[0];
-            bool any = may_be_seen(m, blocks->least[block_row + block], blocks->most[block_row + block]);
-            for (size_t x = block * 4; x < end; x++) {
-                bool seen = any && may_be_seen(m, cells->least[row + x], cells->most[row + x]);
-                to[x] = !seen;
-                visible += seen;
-            }
-        }
-    }
+    for (size_t y = 0; y < s->cell_dims[1]; y++)
+        visible += mark_row(m, 0, s->cell_dims[0], y, z, s->marks + (z << s->slice_shift) + (y << s->row_shift));
     m->visible[z] = visible;
 }
 
@@ -271,26 +280,6 @@ struct box {
     atomic_size_t visible;
 };
 
-/* A row of the box from cell `row` of the grid on; gives how many cells may be seen, without marks 1 at the first. */
-static size_t mark_row(const struct box *b, size_t y, size_t z, uint8_t *to)
-{
-    const struct pel_minmax_level *cells = &b->marking.minmax->cells, *blocks = &b->marking.minmax->blocks;
-    size_t row = (z * cells->dims[1] + y) * cells->dims[0], block_row = ((z / 4) * blocks->dims[1] + y / 4) * blocks->dims[0], visible = 0;
-    size_t first = (size_t)b->first[0], last = first + (size_t)b->count[0];
-    bool any = false;
-    for (size_t x = first; x < last; x++) {
-        if (x % 4 == 0 || x == first)
-            any = may_be_seen(&b->marking, blocks->least[block_row + x / 4], blocks->most[block_row + x / 4]);
-        bool seen = any && may_be_seen(&b->marking, cells->least[row + x], cells->most[row + x]);
-        visible += seen;
-        if (to)
-            *to++ = !seen;
-        else if (seen)
-            break;
-    }
-    return visible;
-}
-
 static void mark_box_slab(void *context, size_t z, int thread)
 {
     (void)thread;
@@ -300,7 +289,7 @@ static void mark_box_slab(void *context, size_t z, int thread)
         if (!b->marks && atomic_load_explicit(&b->visible, memory_order_relaxed) > 0)
             return;
         uint8_t *to = b->marks ? b->marks + (z * (size_t)b->count[1] + (size_t)y) * (size_t)b->count[0] : NULL;
-        visible += mark_row(b, (size_t)(b->first[1] + y), (size_t)b->first[2] + z, to);
+        visible += mark_row(&b->marking, (size_t)b->first[0], (size_t)b->count[0], (size_t)(b->first[1] + y), (size_t)b->first[2] + z, to);
         if (!b->marks && visible)
             break;
     }

@@ -91,14 +91,15 @@ static bool reserve(struct pel_transfer_table *table, size_t count, struct pel_e
 {
     if (table->opacity && table->count == count)
         return true;
-    float *memory = pel_alloc_aligned(count * 4, sizeof *memory, "transfer table", error);
+    float *memory = pel_alloc_aligned(count * 5, sizeof *memory, "transfer table", error);
     if (!memory)
         return false;
-    free(table->opacity); /* the four arrays are one block */
+    free(table->opacity); /* the five arrays are one block */
     table->opacity = memory;
     table->red = memory + count;
     table->green = memory + 2 * count;
     table->blue = memory + 3 * count;
+    table->next_visible = (uint32_t *)(memory + 4 * count);
     table->count = count;
     return true;
 }
@@ -117,14 +118,23 @@ static void set_entry(struct pel_transfer_table *table, size_t i, double value)
  * entry's width the jump lies. */
 static void set_jumps(struct pel_transfer_table *table, const void *points, size_t count, size_t stride)
 {
-    double scale = (double)(table->count - 1) / (table->hi - table->lo);
     for (size_t i = 1; i < count; i++) {
         double value = value_at(points, stride, i);
         if (value != value_at(points, stride, i - 1) || value < table->lo || value > table->hi)
             continue;
-        double entry = floor((value - table->lo) * scale + 0.5);
+        double entry = floor((value - table->lo) * table->scale + 0.5);
         if (entry >= 0 && entry < (double)table->count)
             set_entry(table, (size_t)entry, value);
+    }
+}
+
+static void find_visible(struct pel_transfer_table *table)
+{
+    uint32_t next = (uint32_t)table->count;
+    for (size_t i = table->count; i-- > 0;) {
+        if (table->opacity[i] > 0)
+            next = (uint32_t)i;
+        table->next_visible[i] = next;
     }
 }
 
@@ -143,12 +153,16 @@ bool pel_transfer_table_build(struct pel_transfer_table *table, const struct pel
         return false;
     table->lo = lo;
     table->hi = hi;
+    table->scale = (double)(count - 1) / (hi - lo);
+    /* Kernels round to the nearest entry in floats. A whole entry to each side would make air at 0 visible below a ramp from 0. */
+    table->slack = 0.25 + fmax(fabs(lo), fabs(hi)) * table->scale * 0x1p-20;
     for (size_t i = 0; i < count; i++) {
         double f = (double)i / (double)(count - 1);
         set_entry(table, i, lo * (1 - f) + hi * f);
     }
     set_jumps(table, transfer->colors, transfer->color_count, sizeof *transfer->colors);
     set_jumps(table, transfer->opacities, transfer->opacity_count, sizeof *transfer->opacities);
+    find_visible(table);
     if (pel_range_table_build(&table->range, table->opacity, count, error))
         return true;
     table->lo = NAN;
@@ -165,15 +179,8 @@ void pel_transfer_table_finish(struct pel_transfer_table *table)
 
 void pel_transfer_table_opacity_range(const struct pel_transfer_table *table, double lo, double hi, float *least, float *most)
 {
-    double scale = (double)(table->count - 1) / (table->hi - table->lo), last = (double)(table->count - 1);
-    /* Kernels round to the nearest entry in floats. A whole entry to each side would make air at 0 visible below a ramp from 0. */
-    double slack = 0.25 + fmax(fabs(table->lo), fabs(table->hi)) * scale * 0x1p-20;
-    double a = floor((lo - table->lo) * scale + 0.5 - slack), b = floor((hi - table->lo) * scale + 0.5 + slack);
-    /* The comparisons are so written that a NaN widens the interval instead of indexing with nonsense. */
-    size_t first = a > 0 ? (size_t)(a < last ? a : last) : 0;
-    size_t end = b < last ? (size_t)(b > 0 ? b : 0) : table->count - 1;
-    if (first > end)
-        first = end;
-    *least = pel_range_table_least(&table->range, first, end);
-    *most = pel_range_table_most(&table->range, first, end);
+    size_t first, last;
+    pel_transfer_table_entries(table, lo, hi, &first, &last);
+    *least = pel_range_table_least(&table->range, first, last);
+    *most = pel_range_table_most(&table->range, first, last);
 }

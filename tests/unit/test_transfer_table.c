@@ -84,6 +84,7 @@ static void ranges_hold_every_look_up(void **state)
             b = a + width * (seed / 4294967296.0) * (k % 4 == 0 ? 0 : k % 4 == 1 ? 0.001 : 0.3);
             float least, most;
             pel_transfer_table_opacity_range(&table, a, b, &least, &most);
+            assert_true(pel_transfer_table_visible(&table, a, b) == (most > 0));
             for (int j = 0; j <= 16; j++) {
                 float opacity = table.opacity[look_up(&table, a + (b - a) * j / 16)];
                 assert_true(opacity >= least && opacity <= most);
@@ -111,6 +112,9 @@ static void air_under_a_ramp_is_clear(void **state)
     assert_true(least == 0 && most == 0.9f);
     pel_transfer_table_opacity_range(&table, NAN, NAN, &least, &most);
     assert_true(least == 0 && most == 0.9f);
+    assert_false(pel_transfer_table_visible(&table, -1e30, 39));
+    assert_true(pel_transfer_table_visible(&table, 39, 41));
+    assert_true(pel_transfer_table_visible(&table, NAN, NAN));
     pel_transfer_table_finish(&table);
 }
 
