@@ -233,6 +233,8 @@ bool pel_classify_tables(struct pel_classification_state *state, const struct pe
     per_value = fmin(per_value, 1e30 / raw.scale); /* finite in float, however narrow the curves' interval */
     job->table_scale = (float)(per_value * raw.scale);
     job->table_offset = (float)((raw.offset - t->lo) * per_value + 0.5);
+    job->table_slack = (float)t->slack;
+    job->next_visible = t->next_visible;
     job->opacity = t->opacity;
     job->red = state->color[0], job->green = state->color[1], job->blue = state->color[2];
     job->alpha = state->alpha;

@@ -11,10 +11,12 @@
 #define PEL_KIND_WIDE 3
 
 #include "kernel_composite.h"
+#include "kernel_patches.h"
 #include "kernel_projection.h"
 #include "kernel_shear.h"
 #include "kernel_spans.h"
 #include "kernel_surface.h"
+#include "kernel_turn.h"
 #include "kernel_warp.h"
 
 /* A tile: its packets in rows. Where CULL holds, a packet in whose pixels nothing may be seen stays as it is: empty. */
@@ -45,11 +47,11 @@ TILE(tile_isosurface, isosurface(job, &r, counts), true)
 TILE(tile_slice, slice(job, &r, counts), false)
 
 #define SHEAR_BAND(NAME, SHADED)                                                                                                          \
-    static void NAME(const struct pel_job *job, const struct pel_shear *shear, int v0, int v1, struct pel_gathering *gathering,           \
+    static void NAME(const struct pel_job *job, const struct pel_shear *shear, int v0, int v1, struct pel_scanline *line,                 \
                      struct pel_counts *counts)                                                                                           \
     {                                                                                                                                     \
         unsigned before = flush_tiny();                                                                                                   \
-        shear_band(job, shear, v0, v1, gathering, SHADED, counts);                                                                        \
+        shear_band(job, shear, v0, v1, line, SHADED, counts);                                                                             \
         flush_restore(before);                                                                        \
     }
 
@@ -60,5 +62,6 @@ extern const struct pel_kernels PEL_KERNELS;
 const struct pel_kernels PEL_KERNELS = {
     project_surface,    tile_composite,  tile_composite_shaded, tile_composite_general,
     tile_preintegrated, tile_projection, tile_isosurface,       tile_slice,
-    band_composite,     band_shaded,     warp_row,
+    band_composite,     band_shaded,     patch_slab,            turn_cells,
+    warp_row,
 };

@@ -58,6 +58,8 @@ struct pel_job {
     /* Classification: entry = raw * table_scale + table_offset, cut off to a whole number (half an entry is in the offset). */
     int32_t table_last;
     float table_scale, table_offset;
+    float table_slack;               /* entries by which rounding may move a look-up, and more */
+    const uint32_t *next_visible;    /* the first entry from here on that is not clear */
     const float *opacity;            /* per unit distance */
     const float *red, *green, *blue; /* not multiplied by opacity */
     const float *alpha;              /* opacity of one step */
@@ -144,9 +146,16 @@ typedef void (*pel_project_surface)(const struct pel_job *job, const struct pel_
 
 /* Scanlines from v0 up to v1 of shear-warp's intermediate image (shear.h). */
 struct pel_shear;
-struct pel_gathering;
-typedef void (*pel_shear_kernel)(const struct pel_job *job, const struct pel_shear *shear, int v0, int v1, struct pel_gathering *gathering,
+struct pel_scanline;
+typedef void (*pel_shear_kernel)(const struct pel_job *job, const struct pel_shear *shear, int v0, int v1, struct pel_scanline *line,
                                  struct pel_counts *counts);
+
+/* Which patches may be seen in a slab of cells along z, as bits in rows of `row` bytes (shear_runs.h). Not for WIDE. */
+typedef void (*pel_patch_kernel)(const struct pel_job *job, const int axis[3], int slab, uint8_t *seen, ptrdiff_t row);
+
+/* Turns the cells of a slab along z that are wanted (turned.h): a byte a cell, rows along x. Not for WIDE. */
+struct pel_turned;
+typedef void (*pel_turn_kernel)(const struct pel_job *job, int slab, const uint8_t *wanted, const struct pel_turned *turned);
 
 /* Row y of the picture from the intermediate image (warp.h). */
 struct pel_warp;
@@ -157,6 +166,8 @@ struct pel_kernels {
     pel_project_surface project_surface;
     pel_kernel composite, composite_shaded, composite_general, preintegrated, projection, isosurface, slice;
     pel_shear_kernel shear, shear_shaded;
+    pel_patch_kernel patches;
+    pel_turn_kernel turn;
     pel_warp_kernel warp;
 };
 

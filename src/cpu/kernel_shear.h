@@ -152,28 +152,45 @@ PEL_INLINE void shear_slice(const struct pel_job *job, const struct pel_shear *s
 /* Slices of one layer and row of cells, which have the same runs. They are composited together: their values are fetched and looked up side
  * by side, and what the pixels gathered is loaded and stored once. */
 #define GROUP PEL_CELL_SIZE
+#define LOOK 32 /* pixels that are looked over at once */
+#define ONES(n) (((uint64_t)1 << (n)) - 1)
 
 struct group {
     struct slice_row rows[GROUP];
     int from[GROUP], end[GROUP]; /* pixels of a run */
+    const uint8_t *seen[GROUP];  /* the row of patches, or NULL */
     int count;
 };
 
-/* W pixels from u on, of which those in `bits` are open, in the group's slices; returns the bits of those that became opaque. */
+/* Up to 57 pixels from u on: a bit each that a sample there may be seen. */
+PEL_INLINE uint64_t group_seen(const struct group *g, int i, int u)
+{
+    uint64_t bits;
+    const int at = u + g->rows[i].whole;
+    if (!g->seen[i])
+        return ~(uint64_t)0;
+    memcpy(&bits, g->seen[i] + (at >> 3), sizeof bits);
+    return bits >> (at & 7);
+}
+
+/* W pixels from u on, of which those in `open` are, in the group's slices; returns the bits of those that became opaque. */
 PEL_INLINE unsigned near_chunk(const struct pel_job *job, const struct pel_shear *s, const struct group *g, struct pel_scanline *line,
-                               int u, unsigned bits, bool shaded, struct pel_counts *counts)
+                               int u, unsigned open, bool shaded, struct pel_counts *counts)
 {
     vi entry[GROUP];
     vf alpha[GROUP], share[GROUP], from = vf_load(line->from + u), to = vf_load(line->to + u);
-    vi live = bits_to_lanes(bits), seen = vi_set(0);
+    vi live = bits_to_lanes(open), seen = vi_set(0);
     const float front = (float)g->rows[0].m - 0.5f, back = (float)g->rows[g->count - 1].m + 0.5f;
     const bool whole = !vi_any(live & ((from > front) | (to < back)));
     for (int i = 0; i < g->count; i++) {
         const struct slice_row *r = &g->rows[i];
-        unsigned some = bits & lane_range(g->from[i] - u, g->end[i] - u);
+        const unsigned some = open & (unsigned)group_seen(g, i, u);
+        if (!some) {
+            alpha[i] = vf_set(0);
+            continue;
+        }
         counts->taken += (unsigned)__builtin_popcount(some);
-        if (!r->turned)
-            near_prefetch(r, u, shaded ? 3 : 2);
+        near_prefetch(r, u, shaded ? 3 : 2);
         entry[i] = table_entry(job, near_value(job, r, u));
         vi lanes = bits_to_lanes(some);
         share[i] = vf_set(1);
@@ -212,40 +229,56 @@ PEL_INLINE unsigned near_chunk(const struct pel_job *job, const struct pel_shear
     return vi_bits(live & (sum.alpha >= job->termination));
 }
 
-/* The runs of a group of slices. Within W voxels of the box's faces, each slice goes the general way. */
+/* The runs of a group's slices that lie before pixel `inner` and from pixel `outer` on: there each slice goes the general way. */
+PEL_INLINE void near_ends(const struct pel_job *job, const struct pel_shear *s, struct group *g, const uint64_t *runs, int from, int inner,
+                          int outer, struct pel_scanline *line, bool shaded, struct pel_counts *counts)
+{
+    const int cells = job->cell_dims[s->axis[0]];
+    while (from < cells) {
+        const int to = next_bit(runs, from, cells, ~(uint64_t)0);
+        for (int i = 0; i < g->count; i++) {
+            const int lo = from * PEL_CELL_SIZE - (from == 0) - 1 - g->rows[i].whole,
+                      hi = to * PEL_CELL_SIZE + (to == cells) + 1 - g->rows[i].whole, start = lo > 0 ? lo : 0,
+                      end = hi < s->width ? hi : s->width;
+            shear_run(job, s, &g->rows[i], line, start, end < inner ? end : inner, shaded, counts);
+            shear_run(job, s, &g->rows[i], line, start > outer ? start : outer, end, shaded, counts);
+        }
+        from = next_bit(runs, to, cells, 0);
+    }
+}
+
+/* A group of slices: stretches of pixels that are open and where something may be seen in one of them. */
 PEL_INLINE void near_slices(const struct pel_job *job, const struct pel_shear *s, struct group *g, const uint64_t *runs, int from,
                             struct pel_scanline *line, bool shaded, struct pel_counts *counts)
 {
-    const int cells = job->cell_dims[s->axis[0]], voxels = job->dims[s->axis[0]];
+    const int cells = job->cell_dims[s->axis[0]], voxels = job->dims[s->axis[0]], stop = last_bit(runs, s->run_words) + 1;
     int inner = 0, outer = s->width; /* pixels from inner up to outer have neighbours all around, in each slice */
+    int first = s->width, end = 0;
     for (int i = 0; i < g->count; i++) {
-        inner = 1 - g->rows[i].whole > inner ? 1 - g->rows[i].whole : inner;
-        outer = voxels - 2 - g->rows[i].whole < outer ? voxels - 2 - g->rows[i].whole : outer;
+        const int whole = g->rows[i].whole, lo = from * PEL_CELL_SIZE - (from == 0) - whole, hi = stop * PEL_CELL_SIZE + (stop == cells) - whole;
+        inner = 1 - whole > inner ? 1 - whole : inner;
+        outer = voxels - 2 - whole < outer ? voxels - 2 - whole : outer;
+        first = lo < first ? lo : first;
+        end = hi > end ? hi : end;
     }
-    while (from < cells) {
-        int to = next_bit(runs, from, cells, ~(uint64_t)0), first = s->width, end = 0;
-        for (int i = 0; i < g->count; i++) {
-            int lo = from * PEL_CELL_SIZE - (from == 0) - 1 - g->rows[i].whole,
-                hi = to * PEL_CELL_SIZE + (to == cells) + 1 - g->rows[i].whole;
-            g->from[i] = lo > 0 ? lo < s->width ? lo : s->width : 0;
-            g->end[i] = hi > 0 ? hi < s->width ? hi : s->width : 0;
-            first = g->from[i] < first ? g->from[i] : first;
-            end = g->end[i] > end ? g->end[i] : end;
+    if (first < inner || end > outer)
+        near_ends(job, s, g, runs, from, inner, outer, line, shaded, counts);
+    first = first > inner ? first : inner;
+    end = end < outer ? end : outer;
+    for (int u = first; u < end;) {
+        uint64_t seen = 0, open = open_pixels(line, u);
+        for (int i = 0; i < g->count; i++)
+            seen |= group_seen(g, i, u);
+        seen &= open & ONES(LOOK);
+        if (!seen) {
+            u += LOOK;
+            continue;
         }
-        for (int i = 0; i < g->count && (first < inner || end > outer); i++) {
-            int left = g->end[i] < inner ? g->end[i] : inner, right = g->from[i] > outer ? g->from[i] : outer;
-            shear_run(job, s, &g->rows[i], line, g->from[i], left, shaded, counts);
-            shear_run(job, s, &g->rows[i], line, right > left ? right : left, g->end[i], shaded, counts);
-        }
-        first = first > inner ? first : inner;
-        end = end < outer ? end : outer;
-        unsigned bits;
-        for (int u = next_open(line, first, end, &bits); u < end; u = next_open(line, u + W, end, &bits)) {
-            unsigned opaque = near_chunk(job, s, g, line, u, bits, shaded, counts);
-            if (opaque)
-                close_pixels(line, u, opaque);
-        }
-        from = next_bit(runs, to, cells, 0);
+        u += __builtin_ctzll(seen);
+        const unsigned opaque = near_chunk(job, s, g, line, u, (unsigned)open_pixels(line, u) & lane_range(0, end - u), shaded, counts);
+        if (opaque)
+            close_pixels(line, u, opaque);
+        u += W;
     }
 }
 
@@ -264,41 +297,51 @@ PEL_INLINE const uint64_t *row_runs(const struct pel_job *job, const struct pel_
     return s->runs + row * (size_t)s->run_words;
 }
 
-PEL_INLINE struct slice_row row_place(const struct pel_job *job, const struct pel_shear *s, const struct pel_turn *turn, int m, double j)
+PEL_INLINE struct slice_row row_place(const struct pel_job *job, const struct pel_shear *s, int m, double j)
 {
     const struct pel_slice *slice = &s->slices[m];
-    const int a = s->axis[1], c = s->axis[2], row = (int)j;
+    const int a = s->axis[1], row = (int)j;
     struct slice_row r = { .di = (float)slice->di, .m = m };
     r.j = row < job->last_cell[a] ? row : job->last_cell[a];
     r.weight = (float)(j - r.j);
-    r.whole = s->unit ? (int)floor(slice->i) : 0;
-    r.i = (float)(slice->i - r.whole);
-    r.near = s->near && slice->weight == 0 && slice->voxel >= 1 && slice->voxel <= job->dims[c] - 2 && r.j >= 1 && r.j <= job->dims[a] - 3;
-    r.turned = c == 0;
-    r.rows = r.turned ? turn->rows : job->data;
-    r.next_row = r.turned ? turn->next_row : a == 1 ? job->row : job->slice;
-    r.next_slice = r.turned ? turn->next_slice : c == 1 ? job->row : job->slice;
-    int from_slice = r.turned ? turn->x0 : 0, from_row = r.turned ? turn->z0 : 0;
-    int32_t weight = s->unit ? (int32_t)(r.i * 16384.0f + 0.5f) : 0;
-    r.pair = (weight << 16) | (16384 - weight);
-    r.offset = (slice->voxel - from_slice) * r.next_slice + (r.j - from_row) * r.next_row + r.whole;
+    r.whole = slice->whole;
+    r.i = slice->part;
+    r.near = s->near && slice->weight == 0;
+    r.row_before = r.j > 0 ? -1 : 0; /* at the volume's ends the last voxel again */
+    r.row_after = r.j + 2 < job->dims[a] ? 2 : 1;
+    r.slice_before = slice->voxel > 0 ? -1 : 0;
+    r.turned = s->axis[2] == 0;
+    r.rows = s->rows;
+    r.next_row = s->next_row;
+    r.next_slice = s->next_slice;
+    r.pair = slice->pair;
+    r.offset = slice->voxel * r.next_slice + r.j * r.next_row + r.whole;
     return r;
 }
 
+#if PEL_KIND != PEL_KIND_WIDE
+PEL_INLINE const uint8_t *row_seen(const struct pel_job *job, const struct pel_shear *s, const struct slice_row *r)
+{
+    return s->seen ? s->seen + ((ptrdiff_t)s->slices[r->m].voxel * job->dims[s->axis[1]] + r->j) * s->seen_row : NULL;
+}
+#endif
+
 /* Slice m, where its row's runs begin at cell `begin`, and those behind it that can go with it. Returns the last of them. */
-PEL_INLINE int near_group(const struct pel_job *job, const struct pel_shear *s, const struct pel_turn *turn, int v, int m, int last,
+PEL_INLINE int near_group(const struct pel_job *job, const struct pel_shear *s, int v, int m, int last,
                           double j, const uint64_t *runs, int begin, struct pel_scanline *line, bool shaded, struct pel_counts *counts)
 {
-    struct slice_row r = row_place(job, s, turn, m, j);
+    struct slice_row r = row_place(job, s, m, j);
 #if PEL_KIND != PEL_KIND_WIDE
     if (r.near) {
         struct group g;
         g.rows[0] = r;
+        g.seen[0] = row_seen(job, s, &r);
         g.count = 1;
         while (g.count < GROUP && m < last && row_runs(job, s, v, m + 1, &j) == runs) {
-            g.rows[g.count] = row_place(job, s, turn, m + 1, j);
+            g.rows[g.count] = row_place(job, s, m + 1, j);
             if (!g.rows[g.count].near)
                 break;
+            g.seen[g.count] = row_seen(job, s, &g.rows[g.count]);
             g.count++;
             m++;
         }
@@ -311,46 +354,18 @@ PEL_INLINE int near_group(const struct pel_job *job, const struct pel_shear *s, 
     return m;
 }
 
-/* Slices `first` to `last` of a scanline. */
-PEL_INLINE void line_slices(const struct pel_job *job, const struct pel_shear *s, const struct pel_turn *turn, int v, int first, int last,
-                            struct pel_scanline *line, bool shaded, struct pel_counts *counts)
+PEL_INLINE void line_slices(const struct pel_job *job, const struct pel_shear *s, int v, struct pel_scanline *line, bool shaded,
+                            struct pel_counts *counts)
 {
-    const int cells = job->cell_dims[s->axis[0]];
-    for (int m = first; m <= last; m++) {
+    const int cells = job->cell_dims[s->axis[0]], last = line->last;
+    for (int m = line->first; m <= last; m++) {
         double j;
         const uint64_t *runs = row_runs(job, s, v, m, &j);
         int begin = next_bit(runs, 0, cells, 0);
         if (begin < cells) {
-            m = near_group(job, s, turn, v, m, last, j, runs, begin, line, shaded, counts);
+            m = near_group(job, s, v, m, last, j, runs, begin, line, shaded, counts);
         } else if (row_runs(job, s, v, s->slices[m].layer_last, &j) == runs) {
             m = s->slices[m].layer_last; /* rows change steadily from slice to slice: all between are the same */
-        }
-    }
-}
-
-/* Scanlines whose slices have x as principal axis, some slices at a time: first what they read is turned. */
-PEL_INLINE void turned_lines(const struct pel_job *job, const struct pel_shear *s, int v0, int v1, struct pel_gathering *g, bool shaded,
-                             struct pel_counts *counts)
-{
-    struct pel_turn *turn = &g->turn;
-    int first = s->slice_count, last = -1;
-    for (int v = v0; v < v1; v++) {
-        first = g->lines[v - v0].first < first ? g->lines[v - v0].first : first;
-        last = g->lines[v - v0].last > last ? g->lines[v - v0].last : last;
-    }
-    for (int m = first; m <= last; m += PEL_TURN_SLICES) {
-        const int end = m + PEL_TURN_SLICES - 1 < last ? m + PEL_TURN_SLICES - 1 : last;
-        const struct pel_slice *a = &s->slices[m], *b = &s->slices[end];
-        int x0 = a->voxel < b->voxel ? a->voxel : b->voxel, x1 = a->voxel < b->voxel ? b->voxel : a->voxel;
-        double z0 = fmin(a->j, b->j) + v0, z1 = fmax(a->j, b->j) + v1 - 1;
-        turn->x0 = (x0 > 0 ? x0 - 1 : 0) & ~3;
-        turn->x1 = x1 + 1 < job->dims[0] ? x1 + 1 : job->dims[0] - 1;
-        turn->z0 = z0 > 1 ? (int)z0 - 1 : 0;
-        turn->z1 = z1 + 2 < job->dims[2] ? (int)(z1 + 2) : job->dims[2] - 1;
-        turn_block(job, s, turn, shaded);
-        for (int v = v0; v < v1; v++) {
-            struct pel_scanline *line = &g->lines[v - v0];
-            line_slices(job, s, turn, v, line->first > m ? line->first : m, line->last < end ? line->last : end, line, shaded, counts);
         }
     }
 }
@@ -364,29 +379,18 @@ PEL_INLINE void line_begin(const struct pel_job *job, const struct pel_shear *s,
     line_rays(job, s, v, line, counts);
 }
 
-/* Scanlines v0 up to v1, at most PEL_SHEAR_BAND. */
-PEL_INLINE void shear_band(const struct pel_job *job, const struct pel_shear *s, int v0, int v1, struct pel_gathering *g, bool shaded,
+/* Scanlines v0 up to v1. */
+PEL_INLINE void shear_band(const struct pel_job *job, const struct pel_shear *s, int v0, int v1, struct pel_scanline *line, bool shaded,
                            struct pel_counts *counts)
 {
-    const bool turned = s->near && s->axis[2] == 0;
-    for (int i = 0; i < (turned ? v1 - v0 : 1); i++) {
-        line_clear(&g->lines[i], 0, s->width);
-        g->lines[i].low = s->width;
-        g->lines[i].high = 0;
-    }
+    line_clear(line, 0, s->width);
+    line->low = s->width;
+    line->high = 0;
     for (int v = v0; v < v1; v++) {
-        struct pel_scanline *line = &g->lines[turned ? v - v0 : 0];
         line_begin(job, s, v, line, counts);
-        if (turned)
-            continue;
-        line_slices(job, s, &g->turn, v, line->first, line->last, line, shaded, counts);
+        line_slices(job, s, v, line, shaded, counts);
         line_store(s, v, line);
     }
-    if (!turned)
-        return;
-    turned_lines(job, s, v0, v1, g, shaded, counts);
-    for (int v = v0; v < v1; v++)
-        line_store(s, v, &g->lines[v - v0]);
 }
 
 #endif

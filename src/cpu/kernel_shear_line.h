@@ -61,6 +61,14 @@ PEL_INLINE int next_open(const struct pel_scanline *line, int u, int end, unsign
     return end;
 }
 
+/* Up to 33 pixels from u on: a bit each that is open. */
+PEL_INLINE uint64_t open_pixels(const struct pel_scanline *line, int u)
+{
+    uint64_t pair;
+    memcpy(&pair, line->open + (u >> 5), sizeof pair);
+    return pair >> (u & 31);
+}
+
 PEL_INLINE void close_pixels(struct pel_scanline *line, int u, unsigned opaque)
 {
     uint64_t pair;
@@ -81,6 +89,14 @@ PEL_INLINE int next_bit(const uint64_t *words, int at, int end, uint64_t flip)
         at = (at | 63) + 1;
     }
     return end;
+}
+
+/* The last bit that is set; some are. */
+PEL_INLINE int last_bit(const uint64_t *words, int count)
+{
+    while (!words[count - 1])
+        count--;
+    return count * 64 - 1 - __builtin_clzll(words[count - 1]);
 }
 
 /* Clears the pixels from `low` up to `high`. */

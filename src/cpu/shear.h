@@ -22,6 +22,9 @@ struct pel_slice {
     int voxel;              /* that slice; `position` as a number */
     int cell;               /* the layer of cells that it is looked up in */
     int layer_last;         /* the last slice in that layer */
+    int whole;              /* unit: the whole part of i, which is that of all pixels' places; `part` the rest */
+    float part;
+    int32_t pair;           /* the weights of two neighbours (x_weights of fetch.h) */
     double i, di, j, dj;    /* i(u, m) = i + u di, j likewise */
 };
 
@@ -43,8 +46,12 @@ struct pel_shear {
     float toward[3]; /* parallel: direction of the rays, index space, as long as job->step */
     float gram[6];   /* perspective: |to_world d|^2 = g0 d0^2 + g1 d1^2 + g2 d2^2 + g3 d0 d1 + g4 d0 d2 + g5 d1 d2, in (job->step)^2 */
 
+    const void *rows; /* near: voxels in rows along axis[0]; and from row to row along axis[1], from slice to slice along axis[2] */
+    ptrdiff_t next_row, next_slice;
     const uint64_t *runs; /* a bit a cell that may be seen: rows of run_words along axis[0], for each cell along axis[1], axis[2] */
     int run_words;
+    const uint8_t *seen; /* nullable: a bit a patch that may be seen: rows of seen_row bytes for each voxel along axis[1], axis[2] */
+    ptrdiff_t seen_row;
 
     float *rgba;  /* the intermediate image, with a border of one empty pixel: rows of stride pixels of four floats */
     float *depth; /* m where opacity passes 0.5, negative where it does not; or NULL; laid out likewise */
@@ -63,20 +70,5 @@ struct pel_scanline {
 };
 #define PEL_SCANLINE_ARRAYS 11
 
-#define PEL_SHEAR_BAND 16  /* scanlines that a thread draws one after another: what one fetched, the next finds in the cache */
-#define PEL_TURN_SLICES 16 /* slices that are turned at a time */
-
-/* Voxels turned for a band of scanlines: x0 to x1 and z0 to z1, as rows along y. */
-struct pel_turn {
-    void *rows;
-    ptrdiff_t next_row, next_slice; /* from z to z and from x to x, in voxels */
-    int x0, x1, z0, z1;
-};
-
-/* A thread's memory. */
-struct pel_gathering {
-    struct pel_scanline lines[PEL_SHEAR_BAND]; /* the first alone where nothing is turned */
-    struct pel_turn turn;
-};
-
+#define PEL_SHEAR_BAND 16 /* scanlines that a thread draws one after another: what one fetched, the next finds in the cache */
 #endif

@@ -241,6 +241,10 @@ void pel_shear_slices(const struct pel_job *job, const struct pel_shear_settings
         double at = s->perspective ? fmax(m, s->slice_from + 1e-6) : m; /* a slab that begins behind the eye */
         to->i = s->i.at0 + at * s->i.at1, to->di = s->i.by0 + at * s->i.by1;
         to->j = s->j.at0 + at * s->j.at1, to->dj = s->j.by0 + at * s->j.by1;
+        to->whole = s->unit ? (int)floor(to->i) : 0;
+        to->part = (float)(to->i - to->whole);
+        const int32_t weight = s->unit ? (int32_t)(to->part * 16384.0f + 0.5f) : 0;
+        to->pair = (weight << 16) | (16384 - weight);
     }
     for (int m = s->slice_count - 1; m >= 0; m--)
         slices[m].layer_last = m + 1 < s->slice_count && slices[m + 1].cell == slices[m].cell ? slices[m + 1].layer_last : m;

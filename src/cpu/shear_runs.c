@@ -56,8 +56,43 @@ bool pel_shear_runs_build(struct pel_shear_runs *runs, const struct pel_job *job
     return true;
 }
 
+struct patch_work {
+    struct pel_shear_runs *runs;
+    const struct pel_job *job;
+    const int *axis;
+    pel_patch_kernel kernel;
+};
+
+static void fill_patches(void *context, size_t slab, int thread)
+{
+    (void)thread;
+    const struct patch_work *w = context;
+    w->kernel(w->job, w->axis, (int)slab, w->runs->seen, (ptrdiff_t)w->runs->row);
+}
+
+bool pel_shear_runs_patches(struct pel_shear_runs *runs, const struct pel_job *job, pel_patch_kernel kernel, const int axis[3], int threads,
+                            struct pel_error *error)
+{
+    const size_t rows = (size_t)job->dims[axis[1]] * (size_t)job->dims[axis[2]];
+    runs->row = ((size_t)job->dims[axis[0]] + 63) / 64 * 8;
+    const size_t bytes = rows * runs->row + sizeof(uint64_t);
+    if (runs->seen_bytes != bytes) {
+        free(runs->seen);
+        runs->seen_bytes = 0;
+        runs->seen = pel_alloc_aligned(bytes, 1, "runs of visible voxels", error);
+        if (!runs->seen)
+            return false;
+        runs->seen_bytes = bytes;
+    }
+    memset(runs->seen, 0, bytes);
+    struct patch_work w = { runs, job, axis, kernel };
+    pel_parallel_for(threads, (size_t)job->cell_dims[2], fill_patches, &w);
+    return true;
+}
+
 void pel_shear_runs_finish(struct pel_shear_runs *runs)
 {
+    free(runs->seen);
     free(runs->bits);
     memset(runs, 0, sizeof *runs);
 }

@@ -13,6 +13,7 @@
 #include "rays.h"
 #include "shear_runs.h"
 #include "timer.h"
+#include "turned.h"
 #include "voxels.h"
 
 #define COUNTS_APART 4
@@ -32,7 +33,7 @@ struct pel_shear_warp {
     struct pel_voxels voxels;
     struct pel_classification_state state;
     struct pel_shear_runs runs[3]; /* by principal axis */
-    bool has_runs[3];
+    bool has_runs[3], has_rows[3];
     bool skip; /* what the runs were made for */
     struct pel_job job;
     struct pel_shear_settings settings;
@@ -48,10 +49,9 @@ struct pel_shear_warp {
     size_t image_room;
     int *rows; /* owned; first and end of each row's pixels that hold something */
     size_t row_room;
-    float *lines; /* owned; scanlines, one or a band a thread */
+    float *line_memory; /* owned; a scanline a thread */
     size_t line_room;
-    char *turned; /* owned; turned voxels of each thread's band */
-    size_t turned_room;
+    struct pel_turned turned;
 };
 
 struct pel_shear_warp *pel_shear_warp_create(int threads, const char *isa, struct pel_error *error)
@@ -79,8 +79,8 @@ void pel_shear_warp_destroy(struct pel_shear_warp *sw)
     free(sw->slices);
     free(sw->image);
     free(sw->rows);
-    free(sw->lines);
-    free(sw->turned);
+    free(sw->line_memory);
+    pel_turned_finish(&sw->turned);
     free(sw);
 }
 
@@ -91,12 +91,14 @@ const char *pel_shear_warp_isa(const struct pel_shear_warp *sw)
 
 bool pel_shear_warp_set_volume(struct pel_shear_warp *sw, const struct pel_volume *volume, struct pel_error *error)
 {
+    pel_turned_finish(&sw->turned);
     return pel_voxels_set(&sw->voxels, volume, sw->threads, &sw->job, error);
 }
 
 bool pel_shear_warp_classify(struct pel_shear_warp *sw, const struct pel_scene *scene, struct pel_error *error)
 {
     memset(sw->has_runs, 0, sizeof sw->has_runs);
+    memset(sw->has_rows, 0, sizeof sw->has_rows);
     sw->alpha_length = 0;
     return pel_classify(&sw->state, scene, &sw->voxels.minmax, sw->voxels.raw, sw->threads, &sw->job, error);
 }
@@ -148,8 +150,10 @@ bool pel_shear_warp_aim(struct pel_shear_warp *sw, const struct pel_scene *scene
     int which[PEL_SHEAR_PARTS];
     pel_rays_setup(job, scene, 0, width, height);
     job->skip = scene->render.skip && sw->state.map_bytes > 0;
-    if (job->skip != sw->skip)
+    if (job->skip != sw->skip) {
         memset(sw->has_runs, 0, sizeof sw->has_runs);
+        memset(sw->has_rows, 0, sizeof sw->has_rows);
+    }
     sw->skip = job->skip;
     sw->settings = *settings;
     sw->part_count = pel_shear_parts(job, perspective, which);
@@ -173,7 +177,7 @@ struct drawing {
     const struct part *part;
     pel_shear_kernel kernel;
     pel_warp_kernel warp;             /* NULL: the part shows nothing */
-    struct pel_gathering *gatherings; /* one a thread */
+    struct pel_scanline *lines; /* one a thread */
     struct pel_counts *counts;
     const struct pel_progress *progress;
     bool first; /* of the picture's parts */
@@ -194,7 +198,7 @@ static void composite_band(void *context, size_t band, int thread)
     if (atomic_load_explicit(&d->cancelled, memory_order_relaxed))
         return;
     const int v0 = (int)band * BAND, height = d->part->shear.height;
-    d->kernel(&d->sw->job, &d->part->shear, v0, v0 + BAND < height ? v0 + BAND : height, &d->gatherings[thread],
+    d->kernel(&d->sw->job, &d->part->shear, v0, v0 + BAND < height ? v0 + BAND : height, &d->lines[thread],
               &d->counts[thread * COUNTS_APART]);
     size_t done = atomic_fetch_add(&d->done, 1) + 1;
     if (thread == 0 && !pel_progress_report(d->progress, (double)done / (double)d->items, d->error))
@@ -233,36 +237,40 @@ static void line_init(struct pel_scanline *line, float *at, size_t padded)
     line->open = (uint32_t *)at;
 }
 
-/* Room for a part's slices, intermediate image and scanlines. */
-/* Room for what each thread's band turns: the slices of voxels around a group of slices, the rows around all scanlines in them. Words of
- * several voxels reach beyond at both ends. */
-static bool prepare_turns(struct pel_shear_warp *sw, const struct pel_shear *s, struct pel_gathering *gatherings, struct pel_error *error)
+static bool prepare_lines(struct pel_shear_warp *sw, const struct pel_shear *s, struct pel_scanline *lines, struct pel_error *error)
 {
-    const struct pel_job *job = &sw->job;
-    const size_t row = ((size_t)job->dims[1] + 63) & ~(size_t)31, slices = PEL_TURN_SLICES + 16, before = 4;
-    const size_t rows = PEL_SHEAR_BAND + 1 + (size_t)(PEL_TURN_SLICES * fabs(s->j.at1)) + 8, each = row * slices * rows * sizeof(float);
-    if (!reserve((void **)&sw->turned, &sw->turned_room, each * (size_t)sw->threads, 1, "turned voxels", error))
+    const size_t padded = ((size_t)s->width + 3 * WIDEST - 1) & ~(size_t)(WIDEST - 1), each = padded * (PEL_SCANLINE_ARRAYS + 1);
+    if (!reserve((void **)&sw->line_memory, &sw->line_room, each * (size_t)sw->threads, sizeof(float), "scanlines", error))
         return false;
-    for (int i = 0; i < sw->threads; i++)
-        gatherings[i].turn = (struct pel_turn) { .rows = sw->turned + (size_t)i * each + before * row * sizeof(float),
-                                                 .next_slice = (ptrdiff_t)row,
-                                                 .next_row = (ptrdiff_t)(row * slices) };
+    for (size_t i = 0; i < (size_t)sw->threads; i++)
+        line_init(&lines[i], sw->line_memory + i * each, padded);
     return true;
 }
 
-static bool prepare_lines(struct pel_shear_warp *sw, const struct pel_shear *s, struct pel_gathering *gatherings, struct pel_error *error)
+/* Voxels as rows along scanlines, and the patches of them that may be seen: made anew after a classification, when first asked for. */
+static bool prepare_rows(struct pel_shear_warp *sw, struct pel_shear *s, struct pel_error *error)
 {
-    const size_t padded = ((size_t)s->width + 3 * WIDEST - 1) & ~(size_t)(WIDEST - 1), each = padded * (PEL_SCANLINE_ARRAYS + 1);
-    const bool turned = s->near && s->axis[2] == 0;
-    const size_t count = turned ? PEL_SHEAR_BAND : 1;
-    if (!reserve((void **)&sw->lines, &sw->line_room, each * count * (size_t)sw->threads, sizeof(float), "scanlines", error))
-        return false;
-    for (size_t i = 0; i < (size_t)sw->threads * count; i++)
-        line_init(&gatherings[i / count].lines[i % count], sw->lines + i * each, padded);
-    return !turned || prepare_turns(sw, s, gatherings, error);
+    const struct pel_kernels *kernels = sw->kernels[sw->voxels.kind];
+    const int c = s->axis[2], strides[3] = { 1, sw->job.row, sw->job.slice };
+    struct pel_shear_runs *runs = &sw->runs[c];
+    if (!sw->has_rows[c]) {
+        if (c == 0 && !pel_turned_update(&sw->turned, &sw->job, kernels->turn, sw->threads, error))
+            return false;
+        if (sw->job.skip && !pel_shear_runs_patches(runs, &sw->job, kernels->patches, s->axis, sw->threads, error))
+            return false;
+        sw->has_rows[c] = true;
+    }
+    s->rows = c == 0 ? sw->turned.voxels : sw->job.data;
+    s->next_row = c == 0 ? sw->turned.next_row : strides[s->axis[1]];
+    s->next_slice = c == 0 ? sw->turned.next_slice : strides[c];
+    s->seen = sw->job.skip ? runs->seen : NULL;
+    s->seen_row = (ptrdiff_t)runs->row;
+    return true;
 }
 
-static bool prepare_part(struct pel_shear_warp *sw, struct part *part, struct pel_gathering *gatherings, struct pel_error *error)
+/* Room for a part's slices, intermediate image and scanlines. */
+
+static bool prepare_part(struct pel_shear_warp *sw, struct part *part, struct pel_scanline *lines, struct pel_error *error)
 {
     struct pel_shear *s = &part->shear;
     /* Kernels fetch vectors whole where there are voxels for them, and no voids to look out for. */
@@ -271,7 +279,7 @@ static bool prepare_part(struct pel_shear_warp *sw, struct part *part, struct pe
     if (!reserve((void **)&sw->slices, &sw->slice_room, (size_t)s->slice_count, sizeof *sw->slices, "slices", error) ||
         !reserve((void **)&sw->image, &sw->image_room, pixels * (sw->job.depth ? 5 : 4), sizeof(float), "intermediate image", error) ||
         !reserve((void **)&sw->rows, &sw->row_room, 2 * ((size_t)s->height + 2), sizeof(int), "intermediate image", error) ||
-        !prepare_lines(sw, s, gatherings, error))
+        !prepare_lines(sw, s, lines, error) || (s->near && !prepare_rows(sw, s, error)))
         return false;
     pel_shear_slices(&sw->job, &sw->settings, s, sw->slices);
     s->slices = sw->slices;
@@ -300,7 +308,7 @@ static bool draw_part(struct drawing *d, struct part *part, double stage_ms[2], 
     struct pel_shear_warp *sw = d->sw;
     double start = pel_now_ms();
     d->part = part;
-    if (part->shear.slice_count && !prepare_part(sw, part, d->gatherings, error))
+    if (part->shear.slice_count && !prepare_part(sw, part, d->lines, error))
         return false;
     if (part->shear.slice_count)
         pel_parallel_for(sw->threads, bands_of(part->shear.height), composite_band, d);
@@ -336,9 +344,9 @@ static void count(const struct pel_shear_warp *sw, const struct drawing *d, stru
     counters->cells = cells[0] * cells[1] * cells[2];
     counters->visible_cells = sw->state.visible_cells;
     counters->bytes = pel_voxels_bytes(&sw->voxels, &sw->job) + pel_classify_bytes(&sw->state) + sw->slice_room * sizeof *sw->slices +
-                      (sw->alpha_entries + sw->image_room + sw->line_room) * sizeof(float) + sw->row_room * sizeof(int) + sw->turned_room;
+                      (sw->alpha_entries + sw->image_room + sw->line_room) * sizeof(float) + sw->row_room * sizeof(int) + sw->turned.bytes;
     for (int a = 0; a < 3; a++)
-        counters->bytes += sw->runs[a].total * sizeof *sw->runs[a].bits;
+        counters->bytes += sw->runs[a].total * sizeof *sw->runs[a].bits + sw->runs[a].seen_bytes;
 }
 
 bool pel_shear_warp_draw(struct pel_shear_warp *sw, const struct pel_scene *scene, const struct pel_progress *progress,
@@ -350,8 +358,8 @@ bool pel_shear_warp_draw(struct pel_shear_warp *sw, const struct pel_scene *scen
     const struct pel_kernels *k = sw->kernels[sw->voxels.kind];
     struct drawing d = { .sw = sw, .kernel = job->shade ? k->shear_shaded : k->shear, .progress = progress, .first = true, .error = error };
     d.counts = pel_alloc((size_t)sw->threads * COUNTS_APART, sizeof *d.counts, "counters", error);
-    d.gatherings = pel_alloc((size_t)sw->threads, sizeof *d.gatherings, "scanlines", error);
-    bool ok = d.counts && d.gatherings;
+    d.lines = pel_alloc((size_t)sw->threads, sizeof *d.lines, "scanlines", error);
+    bool ok = d.counts && d.lines;
     for (int i = 0; i < sw->part_count; i++)
         d.items += bands_of(sw->parts[i].shear.height);
     stage_ms[0] = stage_ms[1] = 0;
@@ -362,6 +370,6 @@ bool pel_shear_warp_draw(struct pel_shear_warp *sw, const struct pel_scene *scen
     if (ok)
         count(sw, &d, counters);
     free(d.counts);
-    free(d.gatherings);
+    free(d.lines);
     return ok && !atomic_load(&d.cancelled);
 }

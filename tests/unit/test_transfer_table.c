@@ -115,6 +115,9 @@ static void air_under_a_ramp_is_clear(void **state)
     assert_false(pel_transfer_table_visible(&table, -1e30, 39));
     assert_true(pel_transfer_table_visible(&table, 39, 41));
     assert_true(pel_transfer_table_visible(&table, NAN, NAN));
+    assert_false(pel_transfer_table_visible(&table, -1e30, 39));
+    assert_true(pel_transfer_table_visible(&table, 39, 41));
+    assert_true(pel_transfer_table_visible(&table, NAN, NAN));
     pel_transfer_table_finish(&table);
 }
 
