@@ -41,7 +41,7 @@ struct patch_block {
     ptrdiff_t row;   /* bytes */
     int x0, y0;
     unsigned lanes;  /* whose cells may be seen */
-    bool all;        /* the row's end: not looked at, taken for seen */
+    int back;        /* at the end of a row whole vectors are loaded from so many voxels before x0; W: not at all, and all is taken for seen */
 };
 
 /* The patches of W voxels along x and up to four along y. */
@@ -55,14 +55,16 @@ PEL_INLINE void patch_rows(const struct pel_job *job, const struct patch_block *
         ptrdiff_t side[2];
         for (int i = 0; i < 2; i++) /* at the volume's end the last voxel again */
             side[i] = place[b->axis[i]] + 1 < job->dims[b->axis[i]] ? strides[b->axis[i]] : 0;
-        vi seen = bits_to_lanes(b->lanes);
-        if (!b->all)
-            seen &= patch_seen(job, b->x0 + y * strides[1] + z * strides[2], side);
+        unsigned bits = ~0u;
+        if (b->back < W)
+            bits = vi_bits(patch_seen(job, b->x0 - b->back + y * strides[1] + z * strides[2], side)) >> b->back;
+        if (b->axis[0] == 0 && b->back) /* the last patch is the last voxel alone, which is the one's before it, too */
+            bits |= (bits << 1) & (1u << (job->dims[0] - 1 - b->x0));
+        bits &= b->lanes;
         if (b->axis[0] == 1) {
-            along_y |= (seen & 1) << (y - b->y0);
+            along_y |= (bits_to_lanes(bits) & 1) << (y - b->y0);
             continue;
         }
-        const unsigned bits = vi_bits(seen);
         const ptrdiff_t row = (ptrdiff_t)place[b->axis[2]] * job->dims[b->axis[1]] + place[b->axis[1]];
         uint8_t *to = b->seen + row * b->row + (b->x0 >> 3);
         to[0] |= (uint8_t)(bits << (b->x0 & 7));
@@ -75,11 +77,13 @@ PEL_INLINE void patch_rows(const struct pel_job *job, const struct patch_block *
 
 static void patch_slab(const struct pel_job *job, const int axis[3], int slab, uint8_t *seen, ptrdiff_t row)
 {
+    const int beyond = axis[0] == 0 ? 1 : 0; /* a patch reads a voxel beyond its own */
     const int z0 = slab * PEL_CELL_SIZE, z1 = z0 + PEL_CELL_SIZE < job->dims[2] ? z0 + PEL_CELL_SIZE : job->dims[2];
     for (int cy = 0; cy < job->cell_dims[1]; cy++) {
         const uint8_t *marks = job->marks + ((size_t)slab << job->cell_slice_shift) + ((size_t)cy << job->cell_row_shift);
         for (int x0 = 0; x0 < job->dims[0]; x0 += W) {
-            const struct patch_block b = { axis, seen, row, x0, cy * PEL_CELL_SIZE, patch_lanes(job, marks, x0), x0 + W >= job->dims[0] };
+            const int over = x0 + W + beyond - job->dims[0], back = over <= 0 ? 0 : job->dims[0] >= W + beyond ? over : W;
+            const struct patch_block b = { axis, seen, row, x0, cy * PEL_CELL_SIZE, patch_lanes(job, marks, x0), back };
             for (int z = z0; b.lanes && z < z1; z++)
                 patch_rows(job, &b, z);
         }

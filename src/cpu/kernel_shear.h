@@ -173,6 +173,13 @@ PEL_INLINE uint64_t group_seen(const struct group *g, int i, int u)
     return bits >> (at & 7);
 }
 
+/* May any sample of pixels from u up to end be seen? Yes if they are many. */
+PEL_INLINE bool group_any(const struct group *g, int i, int u, int end)
+{
+    const int most = 57;
+    return u + g->rows[i].whole < 0 || end - u > most || (end > u && group_seen(g, i, u) & ONES(end - u));
+}
+
 /* W pixels from u on, of which those in `open` are, in the group's slices; returns the bits of those that became opaque. */
 PEL_INLINE unsigned near_chunk(const struct pel_job *job, const struct pel_shear *s, const struct group *g, struct pel_scanline *line,
                                int u, unsigned open, bool shaded, struct pel_counts *counts)
@@ -204,9 +211,17 @@ PEL_INLINE unsigned near_chunk(const struct pel_job *job, const struct pel_shear
     }
     if (!vi_any(seen))
         return 0;
-    vf color[GROUP][3];
+    struct gathered sum = line_load(line, u);
+    vf gathering = sum.alpha, color[GROUP][3];
+    bool any[GROUP];
+    for (int i = 0; i < g->count; i++) { /* what is hidden by slices before it is not coloured */
+        const vi shown = (gathering < job->termination) & (alpha[i] > 0);
+        any[i] = vi_any(shown);
+        alpha[i] = vf_select(shown, alpha[i], vf_set(0));
+        gathering += (1 - gathering) * alpha[i];
+    }
     for (int i = 0; shaded && i < g->count; i++) { /* light in all slices first: they do not wait for each other */
-        if (!vi_any(alpha[i] > 0))
+        if (!any[i])
             continue;
         vf gradient[3];
         struct packet view = shear_view(s, line, u);
@@ -214,16 +229,14 @@ PEL_INLINE unsigned near_chunk(const struct pel_job *job, const struct pel_shear
         near_gradient(job, s, &g->rows[i], u, gradient);
         shade(job, &view, gradient, alpha[i], color[i]);
     }
-    struct gathered sum = line_load(line, u);
     for (int i = 0; i < g->count; i++) {
-        vi shown = (sum.alpha < job->termination) & (alpha[i] > 0);
-        if (!vi_any(shown))
+        if (!any[i])
             continue;
         if (!shaded)
             slab_color(job, entry[i], alpha[i], color[i]);
         for (int c = 0; c < 3; c++)
-            color[i][c] = vf_select(shown, color[i][c], vf_set(0));
-        put_behind(&sum, color[i], vf_select(shown, alpha[i], vf_set(0)), vf_set((float)g->rows[i].m));
+            color[i][c] = vf_select(alpha[i] > 0, color[i][c], vf_set(0));
+        put_behind(&sum, color[i], alpha[i], vf_set((float)g->rows[i].m));
     }
     line_put(line, u, &sum);
     return vi_bits(live & (sum.alpha >= job->termination));
@@ -233,15 +246,16 @@ PEL_INLINE unsigned near_chunk(const struct pel_job *job, const struct pel_shear
 PEL_INLINE void near_ends(const struct pel_job *job, const struct pel_shear *s, struct group *g, const uint64_t *runs, int from, int inner,
                           int outer, struct pel_scanline *line, bool shaded, struct pel_counts *counts)
 {
-    const int cells = job->cell_dims[s->axis[0]];
+    const int cells = job->cell_dims[s->axis[0]], last = job->dims[s->axis[0]] - 1;
     while (from < cells) {
         const int to = next_bit(runs, from, cells, ~(uint64_t)0);
         for (int i = 0; i < g->count; i++) {
-            const int lo = from * PEL_CELL_SIZE - (from == 0) - 1 - g->rows[i].whole,
-                      hi = to * PEL_CELL_SIZE + (to == cells) + 1 - g->rows[i].whole, start = lo > 0 ? lo : 0,
-                      end = hi < s->width ? hi : s->width;
-            shear_run(job, s, &g->rows[i], line, start, end < inner ? end : inner, shaded, counts);
-            shear_run(job, s, &g->rows[i], line, start > outer ? start : outer, end, shaded, counts);
+            const int whole = g->rows[i].whole, lo = from * PEL_CELL_SIZE - (from == 0) - 1 - whole,
+                      hi = to * PEL_CELL_SIZE + (to == cells) + 1 - whole, start = lo > 0 ? lo : 0, end = hi < s->width ? hi : s->width;
+            if (start < inner && group_any(g, i, -whole, inner))
+                shear_run(job, s, &g->rows[i], line, start, end < inner ? end : inner, shaded, counts);
+            if (end > outer && group_any(g, i, outer, last + 1 - whole))
+                shear_run(job, s, &g->rows[i], line, start > outer ? start : outer, end, shaded, counts);
         }
         from = next_bit(runs, to, cells, 0);
     }

@@ -365,9 +365,10 @@ PEL_INLINE vf vf_power(vf base, float exponent)
     int whole = (int)exponent;
     if ((float)whole == exponent && whole >= 0 && whole < 256) {
         vf result = vf_set(1);
-        for (; whole; whole >>= 1, base *= base)
-            result = vf_select(vi_set(-(whole & 1)), result * base, result); /* no branch to mispredict */
-        return result;
+        for (; whole > 1; whole >>= 1, base *= base)
+            if (whole & 1)
+                result *= base;
+        return whole ? result * base : result;
     }
     vf positive = vf_max(base, vf_set(1e-30f));
     return vf_select(base > 1e-30f, vf_exp(exponent * vf_log(positive)), vf_set(0));
