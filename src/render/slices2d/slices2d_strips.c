@@ -73,7 +73,7 @@ static int put(const struct polygon *p, int slice, float (*to)[4])
     return count;
 }
 
-int pel_slices_strips(const struct pel_job *job, int axis, float (**corners)[4], struct pel_error *error)
+int pel_slices2d_strips(const struct pel_job *job, int axis, float (**corners)[4], struct pel_error *error)
 {
     const int *order = axes[axis], last = job->dims[axis] > 1 ? job->dims[axis] - 2 : 0;
     double plane[4] = { 0, 0, 0, job->slice_plane[3] }, lo[3], hi[3];
