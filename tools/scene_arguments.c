@@ -53,8 +53,9 @@ const struct pel_option surface_rows[] = {
     { "iso-opacity", "Isosurface opacity",
       "Opacity of the isosurfaces in the order of their values, with commas, or one for all; by default 1", PEL_OPTION_TEXT,
       FIELD(iso_opacity), NO_LIMITS, NULL, NULL, "0 to 1" },
-    { "slice", "Slice", "Cut along the plane through X,Y,Z with normal NX,NY,NZ; implies --mode slice", PEL_OPTION_VEC6, FIELD(slice), ANY,
-      NULL, NULL, "world" },
+    { "slice", "Slice",
+      "Cut along the plane through X,Y,Z with normal NX,NY,NZ; implies --mode slice. Up to 8 in one picture, the nearer in front",
+      PEL_OPTION_VEC6, FIELD(slice), ANY, NULL, NULL, "world" },
     { "clip-plane", "Clip plane", "Keep what lies on the side of the plane through X,Y,Z to which the normal NX,NY,NZ points; up to 6",
       PEL_OPTION_VEC6, FIELD(clip_plane), ANY, NULL, NULL, "world" },
     { "clip-box", "Clip box", "Keep what lies inside this box", PEL_OPTION_VEC6, FIELD(clip_box), ANY, NULL, NULL, "world" },
@@ -64,7 +65,7 @@ const struct option_extra surface_extras[] = {
     { "isovalue", 0, "V[,V...]", NULL, true },
     { "iso-color", 0, "COLOR", NULL, true },
     { "iso-opacity", 0, "A[,A...]", NULL, true },
-    { "slice", 0, "X,Y,Z,NX,NY,NZ", NULL, false },
+    { "slice", 0, "X,Y,Z,NX,NY,NZ", NULL, true },
     { "clip-plane", 0, "X,Y,Z,NX,NY,NZ", NULL, true },
     { "clip-box", 0, "X0,X1,Y0,Y1,Z0,Z1", NULL, false },
     { NULL },
@@ -168,8 +169,8 @@ static bool assigned(void *user, const struct pel_option *row, struct pel_error 
                              "clip-plane", error);
     if (strcmp(row->name, "light") == 0)
         return append_vector(v->lights[0], 3, &v->light_count, PEL_MAX_LIGHTS, v->light, v->light, "light", error);
-    if (strcmp(row->name, "slice") == 0 && v->slice[3] == 0 && v->slice[4] == 0 && v->slice[5] == 0)
-        return tool_fail(error, PEL_ERROR_ARGUMENT, "--slice: the normal 0,0,0 points nowhere");
+    if (strcmp(row->name, "slice") == 0)
+        return append_vector(v->slices[0], 6, &v->slice_count, PEL_MAX_SLICES, v->slice, v->slice + 3, "slice", error);
     if (strcmp(row->name, "range") == 0 && v->range[0] == v->range[1])
         return tool_fail(error, PEL_ERROR_ARGUMENT, "--range: %g,%g is no range", v->range[0], v->range[1]);
     if (strcmp(row->name, "clip-box") == 0)

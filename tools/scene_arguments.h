@@ -37,6 +37,8 @@ struct scene_arguments {
     int iso_color_count;
 
     double slice[6], clip_plane[6], clip_box[6];
+    double slices[PEL_MAX_SLICES][6];
+    int slice_count;
     double clip_planes[PEL_MAX_CLIP_PLANES][6];
     int clip_plane_count;
 

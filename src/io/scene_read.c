@@ -232,10 +232,27 @@ static bool read_plane(struct pel_scene_reading *r, const json_t *value, void *o
     return pel_scene_read_object(r, value, keys, object);
 }
 
+/* One plane, or a list of planes that are in one picture. */
 static bool read_slice(struct pel_scene_reading *r, const json_t *value, void *object)
 {
+    struct pel_scene *scene = object;
     r->has.slice = true;
-    return read_plane(r, value, object);
+    scene->more_slice_count = 0;
+    if (!json_is_array(value))
+        return read_plane(r, value, &scene->slice);
+    if (!pel_scene_check_array(r, value, PEL_MAX_SLICES))
+        return false;
+    size_t count = json_array_size(value);
+    for (size_t i = 0; i < count; i++) {
+        struct pel_plane *plane = i ? &scene->more_slices[i - 1] : &scene->slice;
+        size_t back = pel_scene_enter_entry(r, i);
+        *plane = (struct pel_plane) { { 0, 0, 0 }, { 0, 0, 1 } };
+        if (!read_plane(r, json_array_get(value, i), plane))
+            return false;
+        pel_scene_leave(r, back);
+    }
+    scene->more_slice_count = count ? (int)count - 1 : 0;
+    return count > 0 || pel_fail(r->error, PEL_ERROR_FORMAT, "an empty list; name a plane at least");
 }
 
 static bool read_clip_planes(struct pel_scene_reading *r, const json_t *value, void *object)
@@ -334,7 +351,7 @@ static const struct pel_scene_key scene_keys[] = {
     { "camera", read_camera, offsetof(struct pel_scene, camera) },
     { "render", read_render, offsetof(struct pel_scene, render) },
     { "isosurfaces", read_isosurfaces, 0 },
-    { "slice", read_slice, offsetof(struct pel_scene, slice) },
+    { "slice", read_slice, 0 },
     { "lights", read_lights, 0 },
     { "clip-planes", read_clip_planes, 0 },
     { "clip-box", read_clip_box, 0 },

@@ -155,6 +155,18 @@ static json_t *lights(struct writing *w, const struct pel_scene *scene)
     return array;
 }
 
+/* An object for one, as files of older versions have it. */
+static json_t *slices(struct writing *w, const struct pel_scene *scene)
+{
+    if (scene->more_slice_count == 0)
+        return plane(w, &scene->slice);
+    json_t *array = json_array();
+    add(w, array, plane(w, &scene->slice));
+    for (int i = 0; i < scene->more_slice_count; i++)
+        add(w, array, plane(w, &scene->more_slices[i]));
+    return array;
+}
+
 json_t *pel_scene_to_json(const struct pel_scene *scene, const char *path, struct pel_error *error)
 {
     struct writing w = { false };
@@ -170,7 +182,7 @@ json_t *pel_scene_to_json(const struct pel_scene *scene, const char *path, struc
         put(&w, root, "isosurfaces", isosurfaces(&w, scene));
     const double *n = scene->slice.normal;
     if (n[0] != 0 || n[1] != 0 || n[2] != 0) /* zero: no slice was chosen */
-        put(&w, root, "slice", plane(&w, &scene->slice));
+        put(&w, root, "slice", slices(&w, scene));
     put(&w, root, "lights", lights(&w, scene));
     for (int i = 0; i < scene->clip_plane_count; i++)
         add(&w, planes, plane(&w, &scene->clip_planes[i]));

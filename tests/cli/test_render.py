@@ -140,6 +140,7 @@ with Folder() as folder:
     fine("a colour map file", *base, "-o", one, "--colormap", "viridis")
     SCENES = {"plain": [], "curve": ["--opacity", "0:0,0.4:0.1,1:0.9", "--colormap", "plasma", "--unit-distance", "0.1"],
               "iso": ["--isovalue", "0.3,0.6", "--iso-opacity", "0.4,1"], "iso one": ["--mode", "isosurface"], "slice": ["--slice", "0,0,0,1,2,3"],
+              "slices": ["--slice", "0,0,0,1,0,0", "--slice", "0,0,0,0,1,0", "--slice", "0,0,0.2,1,1,1"],
               "slice default": ["--mode", "slice"], "mip": ["--mode", "mip"], "xray": ["--mode", "xray", "--invert"],
               "moves": ["--azimuth", "33", "--elevation", "21", "--roll", "7", "--zoom", "1.7"], "parallel": ["--parallel", "--zoom", "1.1"],
               "clip": ["--clip-plane", "0,0,0,1,0,0", "--clip-plane", "0,0,0,0,1,0", "--clip-box=-9,9,-9,9,-9,0.5"],
@@ -151,6 +152,18 @@ with Folder() as folder:
         check(os.path.exists(folder / "u.png") and read(one) == read(folder / "u.png"), "scene %s gives the same bytes" % name)
         if os.path.exists(folder / "u.png"):
             os.unlink(folder / "u.png")
+    # Several planes: three are more than any one of them; a flag replaces all of a scene's.
+    planes = ["--slice=0,0,0,1,0,0", "--slice=0,0,0,0,1,0", "--slice=0,0,0,0,0,1"]
+    view = ["--camera-position", "3,-5,4", "--camera-focal-point", "0,0,0", "--alpha"]
+    covered = {}
+    for name, words in {"all": planes, "x": planes[:1], "y": planes[1:2], "z": planes[2:]}.items():
+        fine("planes " + name, *base, "-o", one, *words, *view, "--save-scene", folder / ("planes-%s.json" % name))
+        covered[name] = {(x, y) for y, row in enumerate(png(read(one))[3]) for x in range(40) if row[4 * x + 3]}
+    check(covered["all"] == covered["x"] | covered["y"] | covered["z"] and len(covered["all"]) > max(len(covered[p]) for p in "xyz"), "three planes cover what each does",
+          {name: len(pixels) for name, pixels in covered.items()})
+    fine("one for three", "render", "--scene", folder / "planes-all.json", "--size", "40x30", "-o", folder / "u.png", "--alpha", planes[2])
+    check(read(folder / "u.png") == read(one), "--slice replaces a scene's planes")
+    fails("nine planes", 2, "--slice", *base, "-o", folder / "no.png", *(3 * planes))
     fine("a scene alone", "render", volume, "--save-scene", folder / "alone.json", "--mode", "mip")
     check(json.loads(read(folder / "alone.json")), "it is JSON")
     fine("override", "render", "--scene", folder / "alone.json", "--mode", "composite", "--size", "40x30", "-o", one)

@@ -40,7 +40,12 @@ static void fill(struct pel_scene *s)
         s->camera.view_up[a] = odd_number(a + 20);
         s->slice.origin[a] = odd_number(a + 30);
         s->slice.normal[a] = odd_number(a + 40);
+        for (int i = 0; i < PEL_MAX_SLICES - 1; i++) {
+            s->more_slices[i].origin[a] = odd_number(7 * i + a);
+            s->more_slices[i].normal[a] = odd_number(5 * i + a + 1);
+        }
     }
+    s->more_slice_count = PEL_MAX_SLICES - 1;
     s->camera.view_angle = 100 / 3.0;
     s->camera.parallel = true;
     s->camera.parallel_scale = 1 / 3.0;
@@ -93,6 +98,8 @@ static void expect_same_scene(const struct pel_scene *a, const struct pel_scene 
     assert_int_equal(a->isosurface_count, b->isosurface_count);
     assert_memory_equal(a->isosurfaces, b->isosurfaces, sizeof(struct pel_isosurface) * (size_t)a->isosurface_count);
     assert_memory_equal(&a->slice, &b->slice, sizeof a->slice);
+    assert_int_equal(a->more_slice_count, b->more_slice_count);
+    assert_memory_equal(a->more_slices, b->more_slices, sizeof(struct pel_plane) * (size_t)a->more_slice_count);
     assert_int_equal(a->light_count, b->light_count);
     for (int i = 0; i < a->light_count; i++) {
         assert_int_equal(a->lights[i].headlight, b->lights[i].headlight);
@@ -225,6 +232,11 @@ static void by_hand(void **state)
     assert_true(scene.isosurfaces[0].value == 7 && scene.isosurfaces[0].opacity == 1 && scene.isosurfaces[0].color[1] == 1);
     assert_true(!scene.lights[0].headlight && scene.lights[1].headlight && scene.lights[1].color[0] == 1);
     assert_false(scene.clip_box_enabled);
+    parse("{\"slice\": [{\"origin\": [1, 2, 3]}, {\"normal\": [1, 0, 0]}, {}]}", NULL);
+    assert_int_equal(scene.more_slice_count, 2);
+    assert_true(scene.slice.origin[2] == 3 && scene.more_slices[0].normal[0] == 1 && scene.more_slices[1].normal[2] == 1);
+    parse("{\"slice\": {\"normal\": [0, 5, 0]}}", NULL); /* one plane replaces them all */
+    assert_true(scene.more_slice_count == 0 && scene.slice.normal[1] == 5);
 }
 
 static const struct {
@@ -259,6 +271,9 @@ static const struct {
     { "{\"isosurfaces\": [{\"value\": 1}, {\"value\": 1, \"opacity\": -1}]}", "isosurfaces[1].opacity: " },
     { "{\"isosurfaces\": [1,2,3,4,5,6,7,8,9,10,11,12,13,14,15,16,17]}", "isosurfaces: 17 entries" },
     { "{\"slice\": {\"normal\": [0,0,0]}}", "slice.normal: " },
+    { "{\"slice\": [{}, {\"normal\": [0,0,0]}]}", "slice[1].normal: " },
+    { "{\"slice\": []}", "slice: an empty list" },
+    { "{\"slice\": [{},{},{},{},{},{},{},{},{}]}", "slice: 9 entries" },
     { "{\"lights\": [{\"color\": [2,0,0]}]}", "lights[0].color: " },
     { "{\"clip-planes\": [{\"origin\": 7}]}", "clip-planes[0].origin: " },
     { "{\"clip-box\": [1,2,3]}", "clip-box: " },

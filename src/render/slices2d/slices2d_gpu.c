@@ -15,6 +15,7 @@
 #include "slices2d.h"
 #include "slices2d_polygons.h"
 #include "timer.h"
+#include "vec.h"
 
 enum { UNIT_SO_FAR = 5, BLOCK_SLICES = 1, IMAGE_PICTURE = 0, IMAGE_DEPTH = 1 };
 enum { UNIFORM_FIRST = 0, UNIFORM_WEIGHT = 0 };
@@ -115,16 +116,20 @@ static bool classify(struct pel_gpu_slices2d *s, const struct pel_frame *frame, 
     return true;
 }
 
-/* Section 9's strips are fewest in the stack that the plane is most along. */
-static void choose_stack_of_plane(struct pel_gpu_slices2d *s)
+/* Section 9's strips are fewest in the stack that the planes are most along. */
+static void choose_stack_of_planes(struct pel_gpu_slices2d *s)
 {
-    struct pel_slices2d_part *part = &s->parts[0];
-    const double *plane = s->job.slice_plane;
+    double along[3] = { 0 };
     int axis = 0;
+    for (int i = 0; i < s->job.slice_count; i++) {
+        const double *plane = s->job.slice_planes[i], length = pel_length(plane);
+        for (int a = 0; a < 3; a++)
+            along[a] += fabs(plane[a]) / length;
+    }
     for (int a = 1; a < 3; a++)
-        if (fabs(plane[a]) > fabs(plane[axis]))
+        if (along[a] > along[axis])
             axis = a;
-    *part = (struct pel_slices2d_part) { axis, 1, false, 1 };
+    s->parts[0] = (struct pel_slices2d_part) { axis, 1, false, 1 };
     s->part_count = 1;
 }
 
@@ -162,7 +167,7 @@ bool pel_gpu_slices2d_prepare(struct pel_gpu_slices2d *s, const struct pel_frame
         return false;
     pel_rays_setup(&s->job, scene, frame->jitter, frame->image->width, frame->image->height);
     if (scene->render.mode == PEL_MODE_SLICE)
-        choose_stack_of_plane(s);
+        choose_stack_of_planes(s);
     else
         s->part_count = pel_slices2d_parts(&s->job, !scene->camera.parallel, o->blend, s->parts);
     return send_stacks(s, frame, error);
@@ -274,20 +279,29 @@ static bool draw_slices(const struct drawing *d, const struct pel_slices2d_part 
     return ok;
 }
 
-static bool draw_strips(const struct drawing *d, const struct pel_slices2d_part *part, bool depth, struct pel_error *error)
+/* From front to back, by one call. With depth a call for each piece of a plane, since it asks whether a nearer one is to be seen. */
+static bool draw_strips(const struct drawing *d, const struct pel_slices2d_part *part, const struct pel_texture *color, bool depth,
+                        struct pel_error *error)
 {
     struct pel_gpu_slices2d *s = d->s;
-    float(*corners)[4];
-    int count = pel_slices2d_strips(&s->job, part->axis, &corners, error);
-    bool ok = count >= 0;
-    if (depth)
+    struct pel_slices2d_strips strips;
+    if (!pel_slices2d_strips(&s->job, d->perspective, part->axis, &strips, error))
+        return false;
+    size_t bytes = (size_t)strips.count * sizeof *strips.corners;
+    bool ok = bytes == 0 || (pel_buffer_fill(s->device, &s->corners, strips.corners, bytes, error) &&
+                             pel_array_bind(s->device, &s->strips_array, PEL_ARRAY_CORNERS, &s->corners, error));
+    if (ok && depth) {
+        glBindTextureUnit(UNIT_SO_FAR, color->name);
         glBindImageTexture(IMAGE_DEPTH, s->depth.name, 0, GL_FALSE, 0, GL_WRITE_ONLY, GL_R32F);
-    if (count > 0 && (ok = pel_buffer_fill(s->device, &s->corners, corners, (size_t)count * sizeof *corners, error) &&
-                           pel_array_bind(s->device, &s->strips_array, PEL_ARRAY_CORNERS, &s->corners, error))) {
-        glDrawArrays(GL_TRIANGLES, 0, count);
-        s->polygons += (uint64_t)(count / 3);
+        for (int i = 0, from = 0; i < strips.pieces; from = strips.ends[i++]) {
+            glDrawArrays(GL_TRIANGLES, from, strips.ends[i] - from);
+            glTextureBarrier();
+        }
+    } else if (ok && strips.count > 0) {
+        glDrawArrays(GL_TRIANGLES, 0, strips.count);
     }
-    free(corners);
+    s->polygons += (uint64_t)(strips.count / 3);
+    pel_slices2d_strips_finish(&strips);
     return ok;
 }
 
@@ -302,7 +316,7 @@ static bool draw_part(const struct drawing *d, const struct pel_slices2d_part *p
         return false;
     glUseProgram(name);
     pel_pass_begin(&s->target, &pass, s->job.width, s->job.height);
-    return s->job.mode == PEL_MODE_SLICE ? draw_strips(d, part, depth, error) : draw_slices(d, part, color, depth, polygons, error);
+    return s->job.mode == PEL_MODE_SLICE ? draw_strips(d, part, color, depth, error) : draw_slices(d, part, color, depth, polygons, error);
 }
 
 /* Adds a stack's picture to the others', by its weight. */

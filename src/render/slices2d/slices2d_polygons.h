@@ -42,8 +42,17 @@ int pel_slices2d_lay(const struct pel_job *job, bool perspective, const struct p
 int pel_slices2d_seen(const struct pel_job *job, const struct pel_slices2d_part *part, const struct pel_slices2d_layout *layout,
                       int polygons, bool all, uint32_t (*seen)[2], struct pel_error *error);
 
-/* The cross-section of the job's slice plane with the box, in strips between slices of voxels (section 9), as triangles: four floats a
- * corner, stack space and the slice of voxels before. Gives the number of corners; *corners is to be freed. Negative on failure. */
-int pel_slices2d_strips(const struct pel_job *job, int axis, float (**corners)[4], struct pel_error *error);
+/* The cross-sections of the job's slice planes with the box, cut at one another into pieces, the nearest first, and these into strips between
+ * slices of voxels (section 9), as triangles. */
+struct pel_slices2d_strips {
+    float (*corners)[4]; /* stack space, and the slice of voxels before * PEL_MAX_SLICES + the plane */
+    int count;
+    int *ends; /* of each piece: how many corners there are up to its end */
+    int pieces;
+};
+
+bool pel_slices2d_strips(const struct pel_job *job, bool perspective, int axis, struct pel_slices2d_strips *strips,
+                         struct pel_error *error);
+void pel_slices2d_strips_finish(struct pel_slices2d_strips *strips);
 
 #endif
