@@ -193,12 +193,26 @@ void scene_arguments_attach(struct arguments *arguments, struct scene_arguments 
     arguments->user = values;
 }
 
-bool scene_set_techniques(struct pel_renderer *renderer, const struct arguments *arguments, struct pel_error *error)
+/* The group of a technique's options, or -1 where it has none. */
+static int group_of(const struct pel_technique_info *technique)
 {
-    const struct pel_technique_info *technique;
+    const struct pel_technique_info *other;
     int group = GROUP_OWN + 1;
-    for (size_t i = 0; (technique = pel_technique_at(i)); i++)
-        if (technique->options[0].name && !arguments_overlay(arguments, group++, pel_renderer_options(renderer, technique->name), error))
+    for (size_t i = 0; (other = pel_technique_at(i)) && other != technique; i++)
+        group += other->options[0].name != NULL;
+    return technique->options[0].name ? group : -1;
+}
+
+bool scene_merge_technique(const struct pel_technique_info *technique, const struct arguments *arguments,
+                           struct pel_technique_choice *choice, struct pel_error *error)
+{
+    int group = group_of(technique);
+    void *options = group < 0 ? NULL : arguments->objects[group];
+    for (int i = 0; options && strcmp(choice->name, technique->name) == 0 && i < choice->option_count; i++) {
+        const struct pel_option *row = pel_option_find(technique->options, choice->options[i].name);
+        if (row && !arguments->text[group][row - technique->options] && !pel_option_set(row, options, choice->options[i].value, error))
             return false;
+    }
+    pel_technique_tell(technique, options, choice);
     return true;
 }

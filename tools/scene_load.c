@@ -69,12 +69,16 @@ static const char *technique_name(const void *user, size_t index)
     return technique ? technique->name : NULL;
 }
 
-static bool choose_technique(struct loaded_scene *loaded, const struct scene_arguments *values, struct pel_error *error)
+/* The flag's, or the scene's with the options that it names where no flag does. */
+static bool choose_technique(struct loaded_scene *loaded, const struct arguments *arguments, const struct scene_arguments *values,
+                             struct pel_error *error)
 {
-    const struct pel_technique_info *technique = pel_technique_find(values->technique);
+    struct pel_technique_choice *choice = &loaded->scene.technique;
+    bool from_scene = choice->name[0] && !arguments_given(arguments, "technique");
+    const struct pel_technique_info *technique = pel_technique_find(from_scene ? choice->name : values->technique);
     if (technique) {
         loaded->technique = technique->name;
-        return true;
+        return scene_merge_technique(technique, arguments, choice, error);
     }
     char known[256] = "";
     for (size_t i = 0; technique_name(NULL, i); i++)
@@ -158,17 +162,28 @@ static bool find_source(struct pel_source *source, const struct arguments *argum
     return true;
 }
 
+/* Of a scene file: what is wrong is the file. */
+static bool check_technique(const struct pel_scene *scene, struct pel_error *error)
+{
+    if (pel_renderer_take_technique(NULL, &scene->technique, error))
+        return true;
+    if (error->code == PEL_ERROR_ARGUMENT)
+        error->code = PEL_ERROR_FORMAT;
+    return false;
+}
+
 static bool load(struct loaded_scene *loaded, const struct arguments *arguments, const struct scene_arguments *values, const char *path,
                  struct progress *progress, struct pel_error *error)
 {
     struct pel_scene_parts has = { 0 };
     struct pel_scene *scene = &loaded->scene;
     bool from_file = values->scene[0] != 0;
-    if (!check_arguments(arguments, values, error) || !choose_technique(loaded, values, error) ||
-        !scene_check_device(loaded, values, error))
+    if (!check_arguments(arguments, values, error))
         return false;
-    if (from_file && !pel_read_scene(values->scene, scene, &has, error))
+    if (from_file && (!pel_read_scene(values->scene, scene, &has, error) || !check_technique(scene, error)))
         return tool_fail_in(error, values->scene);
+    if (!choose_technique(loaded, arguments, values, error) || !scene_check_device(loaded, values, error))
+        return false;
     if (!find_source(&scene->source, arguments, values, path, error) || !set_optics(loaded, arguments, values, error))
         return false;
     double start = tool_milliseconds();

@@ -92,9 +92,22 @@ struct pel_source {
 /* Gives a volume that was read from the source what the source knows better: spacing, void value (and with it a new range). */
 void pel_source_apply(const struct pel_source *source, struct pel_volume *volume);
 
+#define PEL_MAX_TECHNIQUE_OPTIONS 48
+
+/* Which technique draws the scene, and options of its own as text, so that a scene file can tell. Drawing does not look here: see
+ * pel_renderer_take_technique. */
+struct pel_technique_choice {
+    char name[32]; /* "slices2d", or "": not said */
+    int option_count;
+    struct {
+        char name[48], value[128];
+    } options[PEL_MAX_TECHNIQUE_OPTIONS];
+};
+
 struct pel_scene {
     const struct pel_volume *volume; /* borrowed; must outlive every draw. One component */
     struct pel_source source;
+    struct pel_technique_choice technique;
     struct pel_transfer transfer;
     struct pel_camera camera;
     struct pel_render_settings render;

@@ -141,6 +141,7 @@ with Folder() as folder:
     SCENES = {"plain": [], "curve": ["--opacity", "0:0,0.4:0.1,1:0.9", "--colormap", "plasma", "--unit-distance", "0.1"],
               "iso": ["--isovalue", "0.3,0.6", "--iso-opacity", "0.4,1"], "iso one": ["--mode", "isosurface"], "slice": ["--slice", "0,0,0,1,2,3"],
               "slices": ["--slice", "0,0,0,1,0,0", "--slice", "0,0,0,0,1,0", "--slice", "0,0,0.2,1,1,1"],
+              "slices2d": ["--technique", "slices2d", "--supersampling", "3", "--rays", "1.5"],
               "slice default": ["--mode", "slice"], "mip": ["--mode", "mip"], "xray": ["--mode", "xray", "--invert"],
               "moves": ["--azimuth", "33", "--elevation", "21", "--roll", "7", "--zoom", "1.7"], "parallel": ["--parallel", "--zoom", "1.1"],
               "clip": ["--clip-plane", "0,0,0,1,0,0", "--clip-plane", "0,0,0,0,1,0", "--clip-box=-9,9,-9,9,-9,0.5"],
@@ -152,6 +153,27 @@ with Folder() as folder:
         check(os.path.exists(folder / "u.png") and read(one) == read(folder / "u.png"), "scene %s gives the same bytes" % name)
         if os.path.exists(folder / "u.png"):
             os.unlink(folder / "u.png")
+    # A scene names its technique with all options; flags are over it, another technique has nothing of it.
+    drawn = lambda name, *words: fine(name, "render", "--scene", folder / "s.json", "--size", "40x30", "-o", folder / "u.png", "--device", "cpu", *words) and read(folder / "u.png")
+    sliced = [*base, "--technique", "slices2d", "--device", "cpu"]
+    fine("save a technique", *sliced, "-o", one, "--save-scene", folder / "s.json", "--supersampling", "3", "--intermediate", "picture", "--rays", "2")
+    told = json.loads(read(folder / "s.json"))["technique"]
+    names = {row["name"] for t in run("techniques", "--json").json() if t["name"] == "slices2d" for row in t["options"]}
+    check(told["name"] == "slices2d" and told["options"]["supersampling"] == 3 and told["options"]["intermediate"] == "picture" and set(told["options"]) == names, "what it says of it", told)
+    check(drawn("load a technique") == read(one), "the same picture by the scene's technique and options")
+    check(drawn("the technique again", "--technique", "slices2d") == read(one), "naming it again changes nothing")
+    fine("other options", *sliced, "-o", one, "--supersampling", "1", "--intermediate", "picture", "--rays", "2")
+    check(drawn("an option over it", "--supersampling", "1") == read(one), "a flag is over the scene's option, which leaves the others")
+    fine("the ray caster", *base, "-o", one, "--device", "cpu")
+    check(drawn("another technique", "--technique", "raycast", "--save-scene", folder / "cast.json") == read(one), "another technique is that one's picture")
+    check(json.loads(read(folder / "cast.json"))["technique"] == {"name": "raycast", "options": {}}, "and scene", read(folder / "cast.json"))
+    for key, word, wrong in [("misspelt", "technique.options.suprsampling", {"name": "slices2d", "options": {"suprsampling": 3}}), ("unknown", "technique.name", {"name": "slices4d"}),
+                             ("beyond its limits", "technique.options.supersampling", {"name": "slices2d", "options": {"supersampling": 11}}),
+                             ("of another technique", "technique.options.cull", {"name": "slices2d", "options": {"cull": "band"}}), ("nameless", "technique: ", {"options": {}})]:
+        write(folder / "wrong.json", json.dumps(dict(json.loads(read(folder / "s.json")), technique=wrong)))
+        result = fails("a technique's key " + key, 1, "wrong.json: ", "render", "--scene", folder / "wrong.json", "-o", folder / "no.png")
+        check(word in result.err, "it names the key", result)
+
     # Several planes: three are more than any one of them; a flag replaces all of a scene's.
     planes = ["--slice=0,0,0,1,0,0", "--slice=0,0,0,0,1,0", "--slice=0,0,0,0,0,1"]
     view = ["--camera-position", "3,-5,4", "--camera-focal-point", "0,0,0", "--alpha"]

@@ -75,6 +75,7 @@ static void fill(struct pel_scene *s)
     for (int i = 0; i < 4; i++)
         s->background[i] = 1 / (i + 2.0);
     s->linear_light = true;
+    s->technique = (struct pel_technique_choice) { "slices2d", 5, { { "a", "true" }, { "b", "-7" }, { "c", "0.10000000000000001" }, { "d", "#0a1b2c" }, { "e", "voxel" } } };
     assert_true(pel_transfer_set_colormap(&s->transfer, "plasma", -1e-5, 1e5, NULL));
     assert_true(pel_transfer_parse_opacity(&s->transfer, "-1:0,0.1:0.123456789,0.1:1", NULL));
     s->transfer.unit_distance = 1 / 7.0;
@@ -113,6 +114,12 @@ static void expect_same_scene(const struct pel_scene *a, const struct pel_scene 
     assert_memory_equal(a->clip_box, b->clip_box, sizeof a->clip_box);
     assert_memory_equal(a->background, b->background, sizeof a->background);
     assert_int_equal(a->linear_light, b->linear_light);
+    assert_string_equal(a->technique.name, b->technique.name);
+    assert_int_equal(a->technique.option_count, b->technique.option_count);
+    for (int i = 0; i < a->technique.option_count; i++) {
+        assert_string_equal(a->technique.options[i].name, b->technique.options[i].name);
+        assert_string_equal(a->technique.options[i].value, b->technique.options[i].value);
+    }
 }
 
 static void read_scene(const char *path, struct pel_scene *s, struct pel_scene_parts *has)
@@ -160,6 +167,7 @@ static void round_trip(void **state)
     if (scene.slice.normal[0] == 0 && scene.slice.normal[1] == 0 && scene.slice.normal[2] == 0)
         scene.slice = back.slice;
     memcpy(scene.clip_box, back.clip_box, sizeof back.clip_box);
+    scene.technique = back.technique; /* nor is none */
     expect_same_scene(&scene, &back);
     pel_scene_finish(&back);
 }
@@ -284,6 +292,12 @@ static const struct {
     { "{\"volume\": {\"raw\": \"0123456789012345678901234567890123456789012345678901234567890123456789012345678901234567890123456789"
       "01234567890123456789012345678901234567890123456789\"}}",
       "volume.raw: " },
+    { "{\"technique\": \"slices2d\"}", "technique: expected an object" },
+    { "{\"technique\": {\"options\": {\"blend\": 3}}}", "technique: the technique's name is missing" },
+    { "{\"technique\": {\"nmae\": \"raycast\"}}", "technique.nmae: there is no such key" },
+    { "{\"technique\": {\"name\": \"a name that is far longer than any technique's\"}}", "technique.name: " },
+    { "{\"technique\": {\"name\": \"slices2d\", \"options\": [1]}}", "technique.options: expected an object" },
+    { "{\"technique\": {\"name\": \"slices2d\", \"options\": {\"blend\": {}}}}", "technique.options.blend: " },
     { "{\"background\": [0,0,0], \"background\": [0,0,0]}", "uplicate" },
     { "{\"background\": [1e999,0,0]}", "" },
     { "{\"a\": \"\xff\"}", "" },
