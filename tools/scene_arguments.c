@@ -72,15 +72,17 @@ const struct option_extra surface_extras[] = {
 };
 
 const struct pel_option light_rows[] = {
-    { "light", "Light", "Direction towards a white light, in place of the headlight; up to 4", PEL_OPTION_VEC3, FIELD(light), ANY, NULL,
+    { "light", "Light", "Direction towards a light, in place of the headlight; up to 4", PEL_OPTION_VEC3, FIELD(light), ANY, NULL,
       NULL, "world" },
+    { "light-color", "Light colour", "Colour of the lights in their order, or one for all, the headlight, too; by default white",
+      PEL_OPTION_COLOR, FIELD(light_color), 0, 1, NULL, NULL, NULL },
     { "background", "Background", "Colour behind the volume; by default black, white for --mode xray", PEL_OPTION_COLOR, FIELD(background),
       0, 1, NULL, NULL, NULL },
     { "linear-light", "Linear light", "Composite in linear light instead of display values", PEL_OPTION_BOOL, FIELD(linear_light),
       NO_LIMITS, "false", NULL, NULL },
     { NULL },
 };
-const struct option_extra light_extras[] = { { "light", 0, NULL, NULL, true }, { NULL } };
+const struct option_extra light_extras[] = { { "light", 0, NULL, NULL, true }, { "light-color", 0, NULL, NULL, true }, { NULL } };
 
 const struct pel_option move_rows[] = {
     { "azimuth", "Azimuth", "Turn the camera about the view-up", PEL_OPTION_DOUBLE, FIELD(azimuth), -1e6, 1e6, "0", NULL, "degrees" },
@@ -143,6 +145,14 @@ static bool append_color(struct scene_arguments *values, struct pel_error *error
     return pel_option_set(&row, values->iso_colors[values->iso_color_count++], values->iso_color, error);
 }
 
+static bool append_light_color(struct scene_arguments *values, struct pel_error *error)
+{
+    if (values->light_color_count == PEL_MAX_LIGHTS)
+        return tool_fail(error, PEL_ERROR_ARGUMENT, "--light-color: at most %d colours", PEL_MAX_LIGHTS);
+    memcpy(values->light_colors[values->light_color_count++], values->light_color, sizeof values->light_color);
+    return true;
+}
+
 static bool append_vector(double *list, int size, int *count, int most, const double *vector, const double *direction, const char *flag,
                           struct pel_error *error)
 {
@@ -167,6 +177,8 @@ static bool assigned(void *user, const struct pel_option *row, struct pel_error 
     if (strcmp(row->name, "clip-plane") == 0)
         return append_vector(v->clip_planes[0], 6, &v->clip_plane_count, PEL_MAX_CLIP_PLANES, v->clip_plane, v->clip_plane + 3,
                              "clip-plane", error);
+    if (strcmp(row->name, "light-color") == 0)
+        return append_light_color(v, error);
     if (strcmp(row->name, "light") == 0)
         return append_vector(v->lights[0], 3, &v->light_count, PEL_MAX_LIGHTS, v->light, v->light, "light", error);
     if (strcmp(row->name, "slice") == 0)

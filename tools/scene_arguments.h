@@ -46,6 +46,8 @@ struct scene_arguments {
 
     double light[3], lights[PEL_MAX_LIGHTS][3];
     int light_count;
+    double light_color[4], light_colors[PEL_MAX_LIGHTS][4];
+    int light_color_count;
     double background[4];
     bool linear_light;
 

@@ -99,7 +99,8 @@ static void adjust_volume(struct loaded_scene *loaded, const struct arguments *a
     }
 }
 
-static void set_light(struct loaded_scene *loaded, const struct arguments *arguments, const struct scene_arguments *values, bool from_file)
+static bool set_light(struct loaded_scene *loaded, const struct arguments *arguments, const struct scene_arguments *values, bool from_file,
+                      struct pel_error *error)
 {
     struct pel_scene *scene = &loaded->scene;
     if (values->light_count > 0)
@@ -108,6 +109,11 @@ static void set_light(struct loaded_scene *loaded, const struct arguments *argum
         scene->lights[i] = (struct pel_light) { .headlight = false, .color = { 1, 1, 1 } };
         memcpy(scene->lights[i].direction, values->lights[i], sizeof values->lights[i]);
     }
+    if (values->light_color_count > 1 && values->light_color_count != scene->light_count)
+        return tool_fail(error, PEL_ERROR_ARGUMENT, "--light-color: %d colours for %d lights", values->light_color_count,
+                         scene->light_count);
+    for (int i = 0; values->light_color_count > 0 && i < scene->light_count; i++)
+        memcpy(scene->lights[i].color, values->light_colors[values->light_color_count > 1 ? i : 0], sizeof scene->lights[i].color);
     if (arguments_given(arguments, "linear-light"))
         scene->linear_light = values->linear_light;
     if (arguments_given(arguments, "background")) {
@@ -116,6 +122,7 @@ static void set_light(struct loaded_scene *loaded, const struct arguments *argum
         double shade = scene->render.mode == PEL_MODE_XRAY && !scene->render.invert;
         memcpy(scene->background, (double[4]) { shade, shade, shade, 1 }, sizeof scene->background);
     }
+    return true;
 }
 
 static bool set_optics(struct loaded_scene *loaded, const struct arguments *arguments, const struct scene_arguments *values,
@@ -193,9 +200,9 @@ static bool load(struct loaded_scene *loaded, const struct arguments *arguments,
     loaded->load_ms = tool_milliseconds() - start;
     scene->volume = &loaded->volume;
     adjust_volume(loaded, arguments, values);
-    set_light(loaded, arguments, values, from_file);
-    if (!scene_set_transfer(loaded, arguments, values, &has, error) || !scene_set_surfaces(loaded, arguments, values, &has, error) ||
-        !scene_set_camera(loaded, arguments, values, &has, error) || !pel_scene_check(scene, error))
+    if (!set_light(loaded, arguments, values, from_file, error) || !scene_set_transfer(loaded, arguments, values, &has, error) ||
+        !scene_set_surfaces(loaded, arguments, values, &has, error) || !scene_set_camera(loaded, arguments, values, &has, error) ||
+        !pel_scene_check(scene, error))
         return false;
     return scene_open_device(loaded, values, error);
 }

@@ -42,8 +42,26 @@ with Folder() as folder:
     fine("slices", *slices, "-o", folder / "slices.png", "--supersampling", "4", "--intermediate", "picture", "--rays", "2")
     result, told = compare(folder / "slices.png", folder / "composite-reference.png", "--psnr-min", "35")
     check(result.status == 0, "slices2d agrees with the reference", result)
-    result = run(*slices, "-o", folder / "no.png", "--mode", "mip")
-    check(result.status == 2 and "raycast" in result.err, "slices2d refuses other modes, and says what to use", result)
+    sheared = [*slices, "--device", "cpu"]
+    result = fine("shear-warp", *sheared, "-o", folder / "sheared.png", "--depth", folder / "sheared.nrrd", "--supersampling", "4", "--intermediate", "picture", "--rays", "2", "--stats", "json")
+    check(result.json()["technique"] == "slices2d" and result.json()["device"] == "cpu" and [s["name"] for s in result.json()["stages"]][-2:] == ["shear", "warp"], "by the CPU", result)
+    check(png(read(folder / "sheared.png"))[:2] == (40, 30) and colours(folder / "sheared.png") > 30 and run("info", "--json", folder / "sheared.nrrd").json()["min"] > 0, "a picture and its depth")
+    check(compare(folder / "sheared.png", folder / "composite-reference.png", "--psnr-min", "35")[0].status == 0, "shear-warp agrees with the reference")
+    for name, words in {"one thread": ["--threads", "1"], "no skipping": ["--no-skip"]}.items():
+        fine(name, *sheared, "-o", folder / "again.png", "--supersampling", "4", "--intermediate", "picture", "--rays", "2", *words)
+        check(read(folder / "again.png") == read(folder / "sheared.png"), "shear-warp, %s: the same bytes" % name)
+    for name, words in {"linear": ["--opacity-correction", "linear"], "rays of a voxel": ["--intermediate", "voxel"], "unshaded": ["--no-shade"], "supersampled": ["--supersampling", "3"]}.items():
+        fine("shear-warp, plain", *sheared, "-o", folder / "plain.png", "--intermediate", "picture")
+        fine("shear-warp, " + name, *sheared, "-o", folder / "again.png", "--intermediate", "picture", *words)
+        check(read(folder / "again.png") != read(folder / "plain.png") and colours(folder / "again.png") > 30, name + ": another picture, not a blank one")
+    for mode in MODES[1:]:
+        fails("shear-warp in mode " + mode, 2, "composite alone on the CPU; use the technique raycast", *sheared, "-o", folder / "no.png", "--mode", mode)
+    for classification in ["pre", "preintegrated"]:
+        fails("shear-warp classifying " + classification, 2, "post) alone on the CPU; use the technique raycast", *sheared, "-o", folder / "no.png", "--classification", classification)
+    for words in [["--slice-step", "2"], ["--blend", "5"], ["--lighting", "voxel"], ["--lighting", "global"], ["--texture-coordinates", "shared"]]:
+        fails("shear-warp with " + " ".join(words), 2, "use --device gpu", *sheared, "-o", folder / "no.png", *words)
+    fails("shear-warp with too many rays", 2, "--rays", *sheared, "-o", folder / "no.png", "--rays", "9")
+    check(not os.path.exists(folder / "no.png"), "nothing is drawn of what is refused")
     result = run(*slices, "-o", folder / "no.png", "--supersampling", "11")
     check(result.status == 2 and "supersampling" in result.err, "an option of a technique beyond its limits", result)
 
@@ -89,7 +107,7 @@ with Folder() as folder:
                         "view angle": ["--camera-view-angle", "60"], "position": ["--camera-position", "3,-4,5"], "isovalue": ["--isovalue", "0.5"],
                         "isovalues": ["--isovalue", "0.3,0.6", "--iso-opacity", "0.5", "--iso-color", "#ff0000", "--iso-color", "0,1,0"],
                         "slice": ["--slice", "0,0,0,1,1,0"], "clip plane": ["--clip-plane", "0,0,0,1,0,0"], "clip box": ["--clip-box=-9,0,-9,0,-9,9"],
-                        "light": ["--light", "1,0,0"], "linear light": ["--linear-light"], "spacing": ["--spacing", "1,1,2"],
+                        "light": ["--light", "1,0,0"], "light colour": ["--light-color", "#ff8000"], "linear light": ["--linear-light"], "spacing": ["--spacing", "1,1,2"],
                         "step": ["--step", "3"], "jitter": ["--jitter"], "pre": ["--classification", "pre"]}.items():
         fine(name, *base, "-o", one, *words)
         check(read(one) != read(folder / "a.png") and colours(one) > 1, name + " makes another picture, not a blank one", colours(one))
@@ -145,7 +163,7 @@ with Folder() as folder:
               "slice default": ["--mode", "slice"], "mip": ["--mode", "mip"], "xray": ["--mode", "xray", "--invert"],
               "moves": ["--azimuth", "33", "--elevation", "21", "--roll", "7", "--zoom", "1.7"], "parallel": ["--parallel", "--zoom", "1.1"],
               "clip": ["--clip-plane", "0,0,0,1,0,0", "--clip-plane", "0,0,0,0,1,0", "--clip-box=-9,9,-9,9,-9,0.5"],
-              "lights": ["--light", "1,0,0", "--light", "0,-1,1", "--background", "0.2,0.3,0.4"], "labels": ["--labels"], "spacing": ["--spacing", "1,2,3"], "void": ["--void", "0"], "no labels": ["--no-labels"],
+              "lights": ["--light", "1,0,0", "--light", "0,-1,1", "--light-color", "1,0.2,0", "--light-color", "#4080ff", "--background", "0.2,0.3,0.4"], "labels": ["--labels"], "spacing": ["--spacing", "1,2,3"], "void": ["--void", "0"], "no labels": ["--no-labels"],
               "optics": ["--step", "0.8", "--jitter", "--termination", "0.9", "--no-shade", "--linear-light", "--classification", "preintegrated"]}
     for name, words in SCENES.items():
         fine("save " + name, *base, "-o", one, "--save-scene", folder / "s.json", *words)

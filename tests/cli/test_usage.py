@@ -49,6 +49,7 @@ USAGE = [  # what is asked, a word of the answer
     (["render", "x", "-o", "a.png", "--isovalue", "1", "--slice", "0,0,0,0,0,1"], "--slice"),
     (["render", "x", "-o", "a.png", "--slice", "0,0,0,0,0,0"], "--slice"),
     (["render", "x", "-o", "a.png", "--light", "0,0,0"], "--light"),
+    (["render", "x", "-o", "a.png", "--light-color", "red"], "--light-color"),
     (["render", "x", "-o", "a.png", "--clip-plane", "0,0,0,0,0,0"], "--clip-plane"),
     (["render", "x", "-o", "a.png", "--clip-box", "1,0,0,1,0,1"], "--clip-box"),
     (["render", "x", "-o", "a.png", "--range", "3,3"], "--range"),
