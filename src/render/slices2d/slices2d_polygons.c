@@ -9,42 +9,17 @@
 #include "slices2d_schedule.h"
 #include "vec.h"
 
-#define DEGREES (180 / 3.14159265358979323846)
-
 /* Index axes of stack space (slices2d_space.glsl). */
 static const int axes[3][3] = { { 1, 2, 0 }, { 0, 2, 1 }, { 0, 1, 2 } };
 
-/* Shares of the axes by how far the view's direction is from the switches between them. */
-static void weigh(const struct pel_job *job, double blend, double weights[3])
-{
-    double d[3], sum = 0;
-    for (int a = 0; a < 3; a++)
-        d[a] = fabs(job->d0[a] + job->dx[a] * (job->width - 1) / 2 + job->dy[a] * (job->height - 1) / 2);
-    pel_normalize(d);
-    for (int a = 0; a < 3; a++) {
-        double other = fmax(d[(a + 1) % 3], d[(a + 2) % 3]);
-        weights[a] = fmin(fmax(0.5 + asin((d[a] - other) / sqrt(2)) * DEGREES / blend, 0), 1);
-        sum += weights[a];
-    }
-    for (int a = 0; a < 3; a++)
-        weights[a] /= sum;
-}
-
 int pel_slices2d_parts(const struct pel_job *job, bool perspective, double blend, struct pel_slices2d_part parts[PEL_SHEAR_PARTS])
 {
-    int which[PEL_SHEAR_PARTS], count = pel_shear_parts(job, perspective, which);
+    int which[PEL_SHEAR_PARTS];
+    double weights[PEL_SHEAR_PARTS];
+    bool split;
+    int count = pel_shear_parts_blended(job, perspective, blend, which, weights, &split);
     for (int i = 0; i < count; i++)
-        parts[i] = (struct pel_slices2d_part) { which[i] / 2, which[i] % 2 ? -1 : 1, count > 1, 1 };
-    if (count > 1 || blend <= 0)
-        return count;
-    double weights[3];
-    weigh(job, blend, weights);
-    parts[0].weight = weights[parts[0].axis];
-    for (int a = 0; a < 3; a++) {
-        double d = job->d0[a] + job->dx[a] * (job->width - 1) / 2 + job->dy[a] * (job->height - 1) / 2;
-        if (a != parts[0].axis && weights[a] > 0)
-            parts[count++] = (struct pel_slices2d_part) { a, d < 0 ? -1 : 1, false, weights[a] };
-    }
+        parts[i] = (struct pel_slices2d_part) { which[i] / 2, which[i] % 2 ? -1 : 1, split, weights[i] };
     return count;
 }
 
