@@ -36,7 +36,6 @@ struct series {
 
 struct bench {
     const struct values *values;
-    const struct arguments *arguments;
     struct loaded_scene *loaded;
     struct pel_renderer *renderer;
     struct pel_image image;
@@ -182,7 +181,7 @@ static bool measure(struct bench *bench, struct progress *progress, struct pel_e
         return false;
     double start = tool_milliseconds();
     bench->renderer = pel_renderer_create(&params, error);
-    if (!bench->renderer || !scene_set_techniques(bench->renderer, bench->arguments, error) || !draw(bench, error))
+    if (!bench->renderer || !pel_renderer_take_technique(bench->renderer, &bench->loaded->scene.technique, error) || !draw(bench, error))
         return false;
     bench->first_ms = tool_milliseconds() - start;
     bench->upload_ms = stage(bench, "upload");
@@ -295,7 +294,6 @@ static int run(const struct command *command, int argc, char **argv)
     if (!scene_load(&loaded, &arguments, &values.scene, arguments.operand_count ? arguments.operands[0] : NULL, &progress, &error))
         return tool_report(&error);
     bench.values = &values;
-    bench.arguments = &arguments;
     bench.loaded = &loaded;
     pel_image_init(&bench.image);
     bool fine = measure(&bench, &progress, &error);

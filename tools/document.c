@@ -90,8 +90,8 @@ static int run_options(const struct command *command, int argc, char **argv)
         return status;
     printf(
         "# Options of the pellucid tool\n\n"
-        "Made by `pellucid options` from the option tables; do not edit. The rows under *Optics* and *Camera* are the keys of a scene "
-        "file, too.\n\n"
+        "Made by `pellucid options` from the option tables; do not edit. The rows under *Optics*, *Camera* and of the techniques are "
+        "the keys of a scene file, too.\n\n"
         "A flag is written `--name value` or `--name=value`. A switch is `--name`, `--no-name` or `--name=off`. Numbers of a vector are "
         "separated by commas. Colours are `r,g,b` or `r,g,b,a` from 0 to 1, `#rrggbb`, `#rrggbbaa`, or `black`, `white`, `gray`, "
         "`transparent`.\n\n"

@@ -245,7 +245,8 @@ static bool draw_frame(const struct values *values, struct loaded_scene *loaded,
     params->device = NULL;
     *error = (struct pel_error)PEL_ERROR_INIT;
     *renderer = pel_renderer_create(params, error);
-    return *renderer && pel_renderer_draw(*renderer, &loaded->scene, loaded->technique, image, error);
+    return *renderer && pel_renderer_take_technique(*renderer, &loaded->scene.technique, error) &&
+           pel_renderer_draw(*renderer, &loaded->scene, loaded->technique, image, error);
 }
 
 static bool draw(const struct values *values, const struct arguments *arguments, struct loaded_scene *loaded, struct progress *progress,
@@ -260,7 +261,7 @@ static bool draw(const struct values *values, const struct arguments *arguments,
     params.progress = progress_callback(progress);
     pel_image_init(&image);
     struct pel_renderer *renderer = pel_renderer_create(&params, error);
-    if (!renderer || !scene_set_techniques(renderer, arguments, error) ||
+    if (!renderer || !pel_renderer_take_technique(renderer, &loaded->scene.technique, error) ||
         !pel_image_allocate(&image, values->scene.size[0], values->scene.size[1], values->depth[0], error))
         goto cleanup;
     const int draws = 1 + loaded->scene.render.refine; /* of a picture */

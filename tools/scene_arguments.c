@@ -53,8 +53,9 @@ const struct pel_option surface_rows[] = {
     { "iso-opacity", "Isosurface opacity",
       "Opacity of the isosurfaces in the order of their values, with commas, or one for all; by default 1", PEL_OPTION_TEXT,
       FIELD(iso_opacity), NO_LIMITS, NULL, NULL, "0 to 1" },
-    { "slice", "Slice", "Cut along the plane through X,Y,Z with normal NX,NY,NZ; implies --mode slice", PEL_OPTION_VEC6, FIELD(slice), ANY,
-      NULL, NULL, "world" },
+    { "slice", "Slice",
+      "Cut along the plane through X,Y,Z with normal NX,NY,NZ; implies --mode slice. Up to 8 in one picture, the nearer in front",
+      PEL_OPTION_VEC6, FIELD(slice), ANY, NULL, NULL, "world" },
     { "clip-plane", "Clip plane", "Keep what lies on the side of the plane through X,Y,Z to which the normal NX,NY,NZ points; up to 6",
       PEL_OPTION_VEC6, FIELD(clip_plane), ANY, NULL, NULL, "world" },
     { "clip-box", "Clip box", "Keep what lies inside this box", PEL_OPTION_VEC6, FIELD(clip_box), ANY, NULL, NULL, "world" },
@@ -64,22 +65,24 @@ const struct option_extra surface_extras[] = {
     { "isovalue", 0, "V[,V...]", NULL, true },
     { "iso-color", 0, "COLOR", NULL, true },
     { "iso-opacity", 0, "A[,A...]", NULL, true },
-    { "slice", 0, "X,Y,Z,NX,NY,NZ", NULL, false },
+    { "slice", 0, "X,Y,Z,NX,NY,NZ", NULL, true },
     { "clip-plane", 0, "X,Y,Z,NX,NY,NZ", NULL, true },
     { "clip-box", 0, "X0,X1,Y0,Y1,Z0,Z1", NULL, false },
     { NULL },
 };
 
 const struct pel_option light_rows[] = {
-    { "light", "Light", "Direction towards a white light, in place of the headlight; up to 4", PEL_OPTION_VEC3, FIELD(light), ANY, NULL,
+    { "light", "Light", "Direction towards a light, in place of the headlight; up to 4", PEL_OPTION_VEC3, FIELD(light), ANY, NULL,
       NULL, "world" },
+    { "light-color", "Light colour", "Colour of the lights in their order, or one for all, the headlight, too; by default white",
+      PEL_OPTION_COLOR, FIELD(light_color), 0, 1, NULL, NULL, NULL },
     { "background", "Background", "Colour behind the volume; by default black, white for --mode xray", PEL_OPTION_COLOR, FIELD(background),
       0, 1, NULL, NULL, NULL },
     { "linear-light", "Linear light", "Composite in linear light instead of display values", PEL_OPTION_BOOL, FIELD(linear_light),
       NO_LIMITS, "false", NULL, NULL },
     { NULL },
 };
-const struct option_extra light_extras[] = { { "light", 0, NULL, NULL, true }, { NULL } };
+const struct option_extra light_extras[] = { { "light", 0, NULL, NULL, true }, { "light-color", 0, NULL, NULL, true }, { NULL } };
 
 const struct pel_option move_rows[] = {
     { "azimuth", "Azimuth", "Turn the camera about the view-up", PEL_OPTION_DOUBLE, FIELD(azimuth), -1e6, 1e6, "0", NULL, "degrees" },
@@ -142,6 +145,14 @@ static bool append_color(struct scene_arguments *values, struct pel_error *error
     return pel_option_set(&row, values->iso_colors[values->iso_color_count++], values->iso_color, error);
 }
 
+static bool append_light_color(struct scene_arguments *values, struct pel_error *error)
+{
+    if (values->light_color_count == PEL_MAX_LIGHTS)
+        return tool_fail(error, PEL_ERROR_ARGUMENT, "--light-color: at most %d colours", PEL_MAX_LIGHTS);
+    memcpy(values->light_colors[values->light_color_count++], values->light_color, sizeof values->light_color);
+    return true;
+}
+
 static bool append_vector(double *list, int size, int *count, int most, const double *vector, const double *direction, const char *flag,
                           struct pel_error *error)
 {
@@ -166,10 +177,12 @@ static bool assigned(void *user, const struct pel_option *row, struct pel_error 
     if (strcmp(row->name, "clip-plane") == 0)
         return append_vector(v->clip_planes[0], 6, &v->clip_plane_count, PEL_MAX_CLIP_PLANES, v->clip_plane, v->clip_plane + 3,
                              "clip-plane", error);
+    if (strcmp(row->name, "light-color") == 0)
+        return append_light_color(v, error);
     if (strcmp(row->name, "light") == 0)
         return append_vector(v->lights[0], 3, &v->light_count, PEL_MAX_LIGHTS, v->light, v->light, "light", error);
-    if (strcmp(row->name, "slice") == 0 && v->slice[3] == 0 && v->slice[4] == 0 && v->slice[5] == 0)
-        return tool_fail(error, PEL_ERROR_ARGUMENT, "--slice: the normal 0,0,0 points nowhere");
+    if (strcmp(row->name, "slice") == 0)
+        return append_vector(v->slices[0], 6, &v->slice_count, PEL_MAX_SLICES, v->slice, v->slice + 3, "slice", error);
     if (strcmp(row->name, "range") == 0 && v->range[0] == v->range[1])
         return tool_fail(error, PEL_ERROR_ARGUMENT, "--range: %g,%g is no range", v->range[0], v->range[1]);
     if (strcmp(row->name, "clip-box") == 0)
@@ -192,12 +205,26 @@ void scene_arguments_attach(struct arguments *arguments, struct scene_arguments 
     arguments->user = values;
 }
 
-bool scene_set_techniques(struct pel_renderer *renderer, const struct arguments *arguments, struct pel_error *error)
+/* The group of a technique's options, or -1 where it has none. */
+static int group_of(const struct pel_technique_info *technique)
 {
-    const struct pel_technique_info *technique;
+    const struct pel_technique_info *other;
     int group = GROUP_OWN + 1;
-    for (size_t i = 0; (technique = pel_technique_at(i)); i++)
-        if (technique->options[0].name && !arguments_overlay(arguments, group++, pel_renderer_options(renderer, technique->name), error))
+    for (size_t i = 0; (other = pel_technique_at(i)) && other != technique; i++)
+        group += other->options[0].name != NULL;
+    return technique->options[0].name ? group : -1;
+}
+
+bool scene_merge_technique(const struct pel_technique_info *technique, const struct arguments *arguments,
+                           struct pel_technique_choice *choice, struct pel_error *error)
+{
+    int group = group_of(technique);
+    void *options = group < 0 ? NULL : arguments->objects[group];
+    for (int i = 0; options && strcmp(choice->name, technique->name) == 0 && i < choice->option_count; i++) {
+        const struct pel_option *row = pel_option_find(technique->options, choice->options[i].name);
+        if (row && !arguments->text[group][row - technique->options] && !pel_option_set(row, options, choice->options[i].value, error))
             return false;
+    }
+    pel_technique_tell(technique, options, choice);
     return true;
 }

@@ -37,6 +37,8 @@ struct scene_arguments {
     int iso_color_count;
 
     double slice[6], clip_plane[6], clip_box[6];
+    double slices[PEL_MAX_SLICES][6];
+    int slice_count;
     double clip_planes[PEL_MAX_CLIP_PLANES][6];
     int clip_plane_count;
 
@@ -44,6 +46,8 @@ struct scene_arguments {
 
     double light[3], lights[PEL_MAX_LIGHTS][3];
     int light_count;
+    double light_color[4], light_colors[PEL_MAX_LIGHTS][4];
+    int light_color_count;
     double background[4];
     bool linear_light;
 
@@ -94,8 +98,9 @@ bool scene_load(struct loaded_scene *loaded, const struct arguments *arguments, 
                 struct progress *progress, struct pel_error *error);
 void scene_unload(struct loaded_scene *loaded);
 
-/* Gives a renderer the techniques' options that were given. */
-bool scene_set_techniques(struct pel_renderer *renderer, const struct arguments *arguments, struct pel_error *error);
+/* What a scene chose for this technique, and the flags over it, as the scene's choice; what it chose for another is dropped. */
+bool scene_merge_technique(const struct pel_technique_info *technique, const struct arguments *arguments,
+                           struct pel_technique_choice *choice, struct pel_error *error);
 
 /* Sets the scene's camera: the base camera with the moves of the flags, after a further turn by `azimuth` degrees. */
 void scene_move_camera(struct loaded_scene *loaded, const struct scene_arguments *values, double azimuth);

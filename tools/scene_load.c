@@ -69,12 +69,16 @@ static const char *technique_name(const void *user, size_t index)
     return technique ? technique->name : NULL;
 }
 
-static bool choose_technique(struct loaded_scene *loaded, const struct scene_arguments *values, struct pel_error *error)
+/* The flag's, or the scene's with the options that it names where no flag does. */
+static bool choose_technique(struct loaded_scene *loaded, const struct arguments *arguments, const struct scene_arguments *values,
+                             struct pel_error *error)
 {
-    const struct pel_technique_info *technique = pel_technique_find(values->technique);
+    struct pel_technique_choice *choice = &loaded->scene.technique;
+    bool from_scene = choice->name[0] && !arguments_given(arguments, "technique");
+    const struct pel_technique_info *technique = pel_technique_find(from_scene ? choice->name : values->technique);
     if (technique) {
         loaded->technique = technique->name;
-        return true;
+        return scene_merge_technique(technique, arguments, choice, error);
     }
     char known[256] = "";
     for (size_t i = 0; technique_name(NULL, i); i++)
@@ -95,7 +99,8 @@ static void adjust_volume(struct loaded_scene *loaded, const struct arguments *a
     }
 }
 
-static void set_light(struct loaded_scene *loaded, const struct arguments *arguments, const struct scene_arguments *values, bool from_file)
+static bool set_light(struct loaded_scene *loaded, const struct arguments *arguments, const struct scene_arguments *values, bool from_file,
+                      struct pel_error *error)
 {
     struct pel_scene *scene = &loaded->scene;
     if (values->light_count > 0)
@@ -104,6 +109,11 @@ static void set_light(struct loaded_scene *loaded, const struct arguments *argum
         scene->lights[i] = (struct pel_light) { .headlight = false, .color = { 1, 1, 1 } };
         memcpy(scene->lights[i].direction, values->lights[i], sizeof values->lights[i]);
     }
+    if (values->light_color_count > 1 && values->light_color_count != scene->light_count)
+        return tool_fail(error, PEL_ERROR_ARGUMENT, "--light-color: %d colours for %d lights", values->light_color_count,
+                         scene->light_count);
+    for (int i = 0; values->light_color_count > 0 && i < scene->light_count; i++)
+        memcpy(scene->lights[i].color, values->light_colors[values->light_color_count > 1 ? i : 0], sizeof scene->lights[i].color);
     if (arguments_given(arguments, "linear-light"))
         scene->linear_light = values->linear_light;
     if (arguments_given(arguments, "background")) {
@@ -112,6 +122,7 @@ static void set_light(struct loaded_scene *loaded, const struct arguments *argum
         double shade = scene->render.mode == PEL_MODE_XRAY && !scene->render.invert;
         memcpy(scene->background, (double[4]) { shade, shade, shade, 1 }, sizeof scene->background);
     }
+    return true;
 }
 
 static bool set_optics(struct loaded_scene *loaded, const struct arguments *arguments, const struct scene_arguments *values,
@@ -158,17 +169,28 @@ static bool find_source(struct pel_source *source, const struct arguments *argum
     return true;
 }
 
+/* Of a scene file: what is wrong is the file. */
+static bool check_technique(const struct pel_scene *scene, struct pel_error *error)
+{
+    if (pel_renderer_take_technique(NULL, &scene->technique, error))
+        return true;
+    if (error->code == PEL_ERROR_ARGUMENT)
+        error->code = PEL_ERROR_FORMAT;
+    return false;
+}
+
 static bool load(struct loaded_scene *loaded, const struct arguments *arguments, const struct scene_arguments *values, const char *path,
                  struct progress *progress, struct pel_error *error)
 {
     struct pel_scene_parts has = { 0 };
     struct pel_scene *scene = &loaded->scene;
     bool from_file = values->scene[0] != 0;
-    if (!check_arguments(arguments, values, error) || !choose_technique(loaded, values, error) ||
-        !scene_check_device(loaded, values, error))
+    if (!check_arguments(arguments, values, error))
         return false;
-    if (from_file && !pel_read_scene(values->scene, scene, &has, error))
+    if (from_file && (!pel_read_scene(values->scene, scene, &has, error) || !check_technique(scene, error)))
         return tool_fail_in(error, values->scene);
+    if (!choose_technique(loaded, arguments, values, error) || !scene_check_device(loaded, values, error))
+        return false;
     if (!find_source(&scene->source, arguments, values, path, error) || !set_optics(loaded, arguments, values, error))
         return false;
     double start = tool_milliseconds();
@@ -178,9 +200,9 @@ static bool load(struct loaded_scene *loaded, const struct arguments *arguments,
     loaded->load_ms = tool_milliseconds() - start;
     scene->volume = &loaded->volume;
     adjust_volume(loaded, arguments, values);
-    set_light(loaded, arguments, values, from_file);
-    if (!scene_set_transfer(loaded, arguments, values, &has, error) || !scene_set_surfaces(loaded, arguments, values, &has, error) ||
-        !scene_set_camera(loaded, arguments, values, &has, error) || !pel_scene_check(scene, error))
+    if (!set_light(loaded, arguments, values, from_file, error) || !scene_set_transfer(loaded, arguments, values, &has, error) ||
+        !scene_set_surfaces(loaded, arguments, values, &has, error) || !scene_set_camera(loaded, arguments, values, &has, error) ||
+        !pel_scene_check(scene, error))
         return false;
     return scene_open_device(loaded, values, error);
 }

@@ -163,10 +163,14 @@ bool scene_set_surfaces(struct loaded_scene *loaded, const struct arguments *arg
     struct pel_scene *scene = &loaded->scene;
     if (scene->render.mode == PEL_MODE_ISOSURFACE && !set_isosurfaces(loaded, values, has->isosurfaces, error))
         return false;
-    if (arguments_given(arguments, "slice")) {
-        memcpy(scene->slice.origin, values->slice, sizeof scene->slice.origin);
-        memcpy(scene->slice.normal, values->slice + 3, sizeof scene->slice.normal);
-    } else if (!has->slice) {
+    if (values->slice_count > 0)
+        scene->more_slice_count = values->slice_count - 1;
+    for (int i = 0; i < values->slice_count; i++) {
+        struct pel_plane *plane = i ? &scene->more_slices[i - 1] : &scene->slice;
+        memcpy(plane->origin, values->slices[i], sizeof plane->origin);
+        memcpy(plane->normal, values->slices[i] + 3, sizeof plane->normal);
+    }
+    if (values->slice_count == 0 && !has->slice) {
         centre_of(&loaded->volume, scene->slice.origin);
         if (loaded->volume.labels) { /* through voxels, not between two */
             double middle[3];
@@ -229,7 +233,7 @@ bool scene_set_camera(struct loaded_scene *loaded, const struct arguments *argum
         pel_scene_fit_camera(&loaded->scene, values->size[0], values->size[1]);
         *camera = loaded->scene.camera;
         loaded->scene.camera = kept;
-        if (loaded->scene.render.mode == PEL_MODE_SLICE && !placed)
+        if (loaded->scene.render.mode == PEL_MODE_SLICE && loaded->scene.more_slice_count == 0 && !placed)
             face_slice(camera, &loaded->scene.slice, loaded->volume.space);
     }
     if (!arguments_overlay(arguments, GROUP_CAMERA, camera, error))

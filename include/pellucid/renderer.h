@@ -86,6 +86,14 @@ bool pel_renderer_finished(const struct pel_renderer *renderer);
  * rows' defaults, and each draw reads it; set it with pel_option_set. NULL where the technique has no options or does not exist. */
 void *pel_renderer_options(struct pel_renderer *renderer, const char *technique);
 
+/* Sets the options that a scene names for its technique, and leaves the others; all or none. Refuses a technique that there is none of, an
+ * option that it does not have, a value that this does not take; messages begin with the key, "technique.options.blend: ". `renderer` NULL:
+ * only checks. */
+bool pel_renderer_take_technique(struct pel_renderer *renderer, const struct pel_technique_choice *choice, struct pel_error *error);
+
+/* The other way: a technique with all its options, which are in the object that its rows describe (NULL where it has none). */
+void pel_technique_tell(const struct pel_technique_info *technique, const void *options, struct pel_technique_choice *choice);
+
 /* Statistics of the last draw; valid until the next. */
 const struct pel_frame_stats *pel_renderer_stats(const struct pel_renderer *renderer);
 

@@ -22,7 +22,7 @@ enum pel_mode {
     PEL_MODE_AVERAGE,    /* mean sample */
     PEL_MODE_XRAY,       /* absorption only (equations 1.2 to 1.4): transparency exp(-integral of tau) */
     PEL_MODE_ISOSURFACE, /* surfaces of equal value, opaque or translucent, in order along the ray */
-    PEL_MODE_SLICE,      /* the plane `slice`, coloured by the transfer function */
+    PEL_MODE_SLICE,      /* the plane `slice` and `more_slices`, coloured by the transfer function */
 };
 
 enum pel_classification {
@@ -72,6 +72,7 @@ struct pel_plane {
 };
 
 #define PEL_MAX_CLIP_PLANES 6
+#define PEL_MAX_SLICES 8
 #define PEL_MAX_ISOSURFACES 16
 #define PEL_MAX_LIGHTS 4
 
@@ -91,15 +92,30 @@ struct pel_source {
 /* Gives a volume that was read from the source what the source knows better: spacing, void value (and with it a new range). */
 void pel_source_apply(const struct pel_source *source, struct pel_volume *volume);
 
+#define PEL_MAX_TECHNIQUE_OPTIONS 48
+
+/* Which technique draws the scene, and options of its own as text, so that a scene file can tell. Drawing does not look here: see
+ * pel_renderer_take_technique. */
+struct pel_technique_choice {
+    char name[32]; /* "slices2d", or "": not said */
+    int option_count;
+    struct {
+        char name[48], value[128];
+    } options[PEL_MAX_TECHNIQUE_OPTIONS];
+};
+
 struct pel_scene {
     const struct pel_volume *volume; /* borrowed; must outlive every draw. One component */
     struct pel_source source;
+    struct pel_technique_choice technique;
     struct pel_transfer transfer;
     struct pel_camera camera;
     struct pel_render_settings render;
     struct pel_isosurface isosurfaces[PEL_MAX_ISOSURFACES]; /* PEL_MODE_ISOSURFACE; in any order */
     int isosurface_count;
     struct pel_plane slice;                                 /* PEL_MODE_SLICE; the side of its normal does not matter */
+    struct pel_plane more_slices[PEL_MAX_SLICES - 1];       /* further ones in the same picture; the nearer hides the farther where opaque */
+    int more_slice_count;
     struct pel_light lights[PEL_MAX_LIGHTS];
     int light_count;                                        /* starts as 1, a white headlight */
     struct pel_plane clip_planes[PEL_MAX_CLIP_PLANES];

@@ -104,7 +104,8 @@ struct pel_job {
     int iso_count;
     float iso_margin; /* raw: what rounding may move a reconstructed value by */
     float iso[PEL_MAX_ISOSURFACES], iso_color[PEL_MAX_ISOSURFACES][3], iso_opacity[PEL_MAX_ISOSURFACES];
-    double slice_plane[4]; /* index space */
+    int slice_count;
+    double slice_planes[PEL_MAX_SLICES][4]; /* index space */
 };
 
 struct pel_counts {

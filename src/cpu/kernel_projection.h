@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* One value a pixel: MIP, MinIP, average, X-ray, and the oblique slice. */
+/* One value a pixel: MIP, MinIP, average, X-ray; and oblique slices. */
 #ifndef PEL_CPU_KERNEL_PROJECTION_H
 #define PEL_CPU_KERNEL_PROJECTION_H
 
@@ -151,9 +151,9 @@ PEL_INLINE void projection(const struct pel_job *job, struct packet *r, struct p
         sum_up(job, r, job->mode == PEL_MODE_XRAY, counts);
 }
 
-PEL_INLINE void slice(const struct pel_job *job, const struct packet *r, struct pel_counts *counts)
+/* Where the rays meet a plane; +infinity where they do not inside their stretches. */
+PEL_INLINE vf slice_place(const struct pel_job *job, const struct packet *r, const double q[4])
 {
-    const double *q = job->slice_plane;
     float value[W], slope[W];
     for (int i = 0; i < W; i++) {
         value[i] = (float)(q[0] * r->ox[i] + q[1] * r->oy[i] + q[2] * r->oz[i] + q[3]);
@@ -163,13 +163,51 @@ PEL_INLINE void slice(const struct pel_job *job, const struct packet *r, struct 
     memcpy(&from, value, sizeof from);
     memcpy(&along, slope, sizeof along);
     vi across = vf_abs(along) > (float)(1e-9 * job->step); /* world lengths a step */
-    vf at = -from / vf_select(across, along, vf_set(1));
-    vi meets = (r->n > 0) & across & (at >= -1e-4f) & (at <= vi_to_vf(r->n - 1) + r->fraction + 1e-4f);
-    vf place = vf_select(meets, vf_max(vf_min(at, vi_to_vf(r->n - 1) + r->fraction), vf_set(0)), vf_set(0));
-    struct spot s = packet_spot(job, r, place);
-    vf raw = project_value(job, &s);
-    counts->taken += (unsigned)lanes(meets);
-    store_value(job, r, raw, meets & (raw == raw), place);
+    vf at = -from / vf_select(across, along, vf_set(1)), end = vi_to_vf(r->n - 1) + r->fraction;
+    vi meets = (r->n > 0) & across & (at >= -1e-4f) & (at <= end + 1e-4f);
+    return vf_select(meets, vf_max(vf_min(at, end), vf_set(0)), vf_set(INFINITY));
+}
+
+/* Takes each lane's least place out of the list. */
+PEL_INLINE vf take_nearest(vf *at, int count)
+{
+    vf nearest = vf_set(INFINITY);
+    vi which = vi_set(-1);
+    for (int i = 0; i < count; i++) {
+        vi less = at[i] < nearest;
+        nearest = vf_select(less, at[i], nearest);
+        which = vi_select(less, vi_set(i), which);
+    }
+    for (int i = 0; i < count; i++)
+        at[i] = vf_select(which == vi_set(i), vf_set(INFINITY), at[i]);
+    return nearest;
+}
+
+/* Each plane gives its value's opacity and colour, composited from the nearest on. */
+PEL_INLINE void slice(const struct pel_job *job, const struct packet *r, struct pel_counts *counts)
+{
+    vf at[PEL_MAX_SLICES], red = vf_set(0), green = vf_set(0), blue = vf_set(0), alpha = vf_set(0), depth = vf_set(-1);
+    const int count = job->slice_count;
+    for (int i = 0; i < count; i++)
+        at[i] = slice_place(job, r, job->slice_planes[i]);
+    for (int i = 0; i < count; i++) {
+        vf nearest = take_nearest(at, count);
+        vi meets = nearest < INFINITY;
+        if (!lanes(meets))
+            break;
+        vf place = vf_select(meets, nearest, vf_set(0));
+        struct spot s = packet_spot(job, r, place);
+        vf raw = project_value(job, &s);
+        vi entry = table_entry(job, raw);
+        vf opacity = vf_select(meets & (raw == raw), vf_gather(job->opacity, entry), vf_set(0)), share = (1 - alpha) * opacity;
+        counts->taken += (unsigned)lanes(meets);
+        depth = vf_select((depth < 0) & (opacity > 0), place, depth);
+        red += share * vf_gather(job->red, entry);
+        green += share * vf_gather(job->green, entry);
+        blue += share * vf_gather(job->blue, entry);
+        alpha += share;
+    }
+    packet_store(job, r, red, green, blue, alpha, depth);
 }
 
 #endif

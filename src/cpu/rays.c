@@ -48,8 +48,11 @@ static void clipping(struct pel_job *job, const struct pel_scene *scene, const d
         normal[i / 2] = i % 2 ? -1 : 1;
         plane_to_index(v, to_world, origin, normal, job->planes[job->plane_count++]);
     }
-    if (scene->render.mode == PEL_MODE_SLICE)
-        plane_to_index(v, to_world, scene->slice.origin, scene->slice.normal, job->slice_plane);
+    job->slice_count = scene->render.mode == PEL_MODE_SLICE ? 1 + scene->more_slice_count : 0;
+    for (int i = 0; i < job->slice_count; i++) {
+        const struct pel_plane *plane = i ? &scene->more_slices[i - 1] : &scene->slice;
+        plane_to_index(v, to_world, plane->origin, plane->normal, job->slice_planes[i]);
+    }
 }
 
 /* Rays start at a plane through the box's centre, so that index coordinates stay small. */

@@ -204,7 +204,7 @@ static void draw_composite(const struct reference *r, struct ray *ray, struct pi
     }
 }
 
-/* Mip, minip, average and slice show one value: its opacity as alpha, whatever the step. */
+/* Mip, minip, average and each plane of slice show one value: its opacity as alpha, whatever the step. */
 static void show_value(const struct reference *r, double value, struct pixel *pixel)
 {
     double rgb[3];
@@ -318,16 +318,36 @@ static void draw_isosurfaces(const struct reference *r, struct ray *ray, struct 
     }
 }
 
-static void draw_slice(const struct reference *r, struct ray *ray, struct pixel *pixel)
+/* Where the ray meets the planes inside its stretch, in their order along it; gives their number. */
+static int meet_planes(const struct reference *r, const struct ray *ray, double places[PEL_MAX_SLICES])
 {
-    const struct pel_plane *plane = &r->scene->slice;
-    double to_plane[3], value;
-    pel_sub(plane->origin, ray->origin, to_plane);
-    double t = pel_dot(to_plane, plane->normal) / pel_dot(ray->direction, plane->normal);
-    if (!(t >= ray->a && t <= ray->b) || !value_at(r, ray, t, &value)) /* not finite where the ray runs along the plane */
-        return;
-    show_value(r, value, pixel);
-    pixel->depth = t;
+    int count = 0;
+    for (int i = 0; i <= r->scene->more_slice_count; i++) {
+        const struct pel_plane *plane = i ? &r->scene->more_slices[i - 1] : &r->scene->slice;
+        double to_plane[3];
+        pel_sub(plane->origin, ray->origin, to_plane);
+        double t = pel_dot(to_plane, plane->normal) / pel_dot(ray->direction, plane->normal);
+        if (!(t >= ray->a && t <= ray->b)) /* not finite where the ray runs along the plane */
+            continue;
+        int at = count++;
+        for (; at > 0 && places[at - 1] > t; at--)
+            places[at] = places[at - 1];
+        places[at] = t;
+    }
+    return count;
+}
+
+static void draw_slices(const struct reference *r, struct ray *ray, struct pixel *pixel)
+{
+    double places[PEL_MAX_SLICES], value;
+    int count = meet_planes(r, ray, places);
+    for (int i = 0; i < count; i++) {
+        if (!value_at(r, ray, places[i], &value))
+            continue;
+        show_value(r, value, pixel);
+        if (pixel->alpha > 0)
+            pixel->depth = fmin(pixel->depth, places[i]);
+    }
 }
 
 /* "Modes", "Light", and of "Depth" that where nothing is seen there is none. */
@@ -344,7 +364,7 @@ static void draw_pixel(const struct reference *r, int x, int y, struct pixel *pi
     case PEL_MODE_AVERAGE: draw_average(r, &ray, pixel); break;
     case PEL_MODE_XRAY: draw_xray(r, &ray, pixel); break;
     case PEL_MODE_ISOSURFACE: draw_isosurfaces(r, &ray, pixel); break;
-    case PEL_MODE_SLICE: draw_slice(r, &ray, pixel); break;
+    case PEL_MODE_SLICE: draw_slices(r, &ray, pixel); break;
     }
     if (!(pixel->alpha > 0))
         pixel->depth = INFINITY;

@@ -9,6 +9,7 @@
 
 /* A shear of more voxels a slice than this is left to another axis. */
 #define STEEPEST 2.0
+#define DEGREES (180 / 3.14159265358979323846)
 #define MOST_RAYS ((double)(1 << 28))
 #define MOST_SIDE 65536.0
 
@@ -178,6 +179,48 @@ static void rays_in_slices(const struct pel_job *job, bool perspective, const do
     const float g[6] = { (float)gram[x[0]][x[0]],       (float)gram[x[1]][x[1]],       (float)gram[x[2]][x[2]],
                          (float)(2 * gram[x[0]][x[1]]), (float)(2 * gram[x[0]][x[2]]), (float)(2 * gram[x[1]][x[2]]) };
     memcpy(s->gram, g, sizeof g);
+}
+
+/* The direction of the picture's middle, in voxels. */
+static double middle_of(const struct pel_job *job, int axis)
+{
+    return job->d0[axis] + job->dx[axis] * (job->width - 1) / 2 + job->dy[axis] * (job->height - 1) / 2;
+}
+
+/* Shares of the axes by how far the view's direction is from the switches between them. */
+static void weigh(const struct pel_job *job, double blend, double weights[3])
+{
+    double d[3], sum = 0;
+    for (int a = 0; a < 3; a++)
+        d[a] = fabs(middle_of(job, a));
+    pel_normalize(d);
+    for (int a = 0; a < 3; a++) {
+        double other = fmax(d[(a + 1) % 3], d[(a + 2) % 3]);
+        weights[a] = fmin(fmax(0.5 + asin((d[a] - other) / sqrt(2)) * DEGREES / blend, 0), 1);
+        sum += weights[a];
+    }
+    for (int a = 0; a < 3; a++)
+        weights[a] /= sum;
+}
+
+int pel_shear_parts_blended(const struct pel_job *job, bool perspective, double blend, int parts[PEL_SHEAR_PARTS],
+                            double weights[PEL_SHEAR_PARTS], bool *split)
+{
+    int count = pel_shear_parts(job, perspective, parts), main_axis = parts[0] / 2;
+    double shares[3];
+    *split = count > 1;
+    for (int i = 0; i < count; i++)
+        weights[i] = 1;
+    if (*split || blend <= 0)
+        return count;
+    weigh(job, blend, shares);
+    weights[0] = shares[main_axis];
+    for (int a = 0; a < 3; a++)
+        if (a != main_axis && shares[a] > 0) {
+            weights[count] = shares[a];
+            parts[count++] = 2 * a + (middle_of(job, a) < 0);
+        }
+    return count;
 }
 
 bool pel_shear_factor(const struct pel_job *job, bool perspective, const struct pel_shear_settings *settings, int part, bool split,

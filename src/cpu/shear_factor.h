@@ -14,7 +14,8 @@ enum pel_intermediate {
 struct pel_shear_settings {
     int supersampling; /* slices a slice of voxels: 1 to 10 */
     enum pel_intermediate intermediate;
-    double rays; /* of the intermediate image, a voxel or pixel along each axis */
+    double rays;  /* of the intermediate image, a voxel or pixel along each axis */
+    double blend; /* degrees about the switch from one axis to another in which both are drawn and mixed; 0: none */
 };
 
 #define PEL_SHEAR_PARTS 6
@@ -22,6 +23,11 @@ struct pel_shear_settings {
 /* The principal axes that the picture needs, each as 2 * axis, + 1 where rays go against it. One in most views. Perspective so wide that
  * rays of one picture are nearest to different axes takes several: each ray belongs to the axis that is nearest to it. */
 int pel_shear_parts(const struct pel_job *job, bool perspective, int parts[PEL_SHEAR_PARTS]);
+
+/* The same, and within `blend` degrees about the switch from one axis to another both, with weights that add up to 1, unless the picture is
+ * `split` anyway. */
+int pel_shear_parts_blended(const struct pel_job *job, bool perspective, double blend, int parts[PEL_SHEAR_PARTS],
+                            double weights[PEL_SHEAR_PARTS], bool *split);
 
 /* Factors the view along one of them: fills everything in `shear` but the runs, the slices' array and the image, and in `warp` the way from
  * the picture to the intermediate image. `split`: the picture has several parts. False where the intermediate image would be too large. */

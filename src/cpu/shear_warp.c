@@ -24,6 +24,7 @@
 struct part {
     struct pel_shear shear;
     struct pel_warp warp;
+    double weight; /* blended: of its picture */
 };
 
 struct pel_shear_warp {
@@ -39,6 +40,9 @@ struct pel_shear_warp {
     struct pel_shear_settings settings;
     struct part parts[PEL_SHEAR_PARTS];
     int part_count;
+    bool blended; /* each part draws the whole picture, and these are mixed */
+    float *layer; /* owned; the picture of a part that is to be mixed in */
+    size_t layer_room;
     float *alpha; /* owned; opacity of one slice along a ray, in parallel projection */
     size_t alpha_entries;
     float alpha_length; /* what it was made for; 0: nothing */
@@ -80,6 +84,7 @@ void pel_shear_warp_destroy(struct pel_shear_warp *sw)
     free(sw->image);
     free(sw->rows);
     free(sw->line_memory);
+    free(sw->layer);
     pel_turned_finish(&sw->turned);
     free(sw);
 }
@@ -148,6 +153,8 @@ bool pel_shear_warp_aim(struct pel_shear_warp *sw, const struct pel_scene *scene
     struct pel_job *job = &sw->job;
     const bool perspective = !scene->camera.parallel;
     int which[PEL_SHEAR_PARTS];
+    double weights[PEL_SHEAR_PARTS];
+    bool split;
     pel_rays_setup(job, scene, 0, width, height);
     job->skip = scene->render.skip && sw->state.map_bytes > 0;
     if (job->skip != sw->skip) {
@@ -156,12 +163,14 @@ bool pel_shear_warp_aim(struct pel_shear_warp *sw, const struct pel_scene *scene
     }
     sw->skip = job->skip;
     sw->settings = *settings;
-    sw->part_count = pel_shear_parts(job, perspective, which);
+    sw->part_count = pel_shear_parts_blended(job, perspective, settings->blend, which, weights, &split);
+    sw->blended = sw->part_count > 1 && !split;
     for (int i = 0; i < sw->part_count; i++) {
         struct pel_shear *s = &sw->parts[i].shear;
-        if (!pel_shear_factor(job, perspective, settings, which[i], sw->part_count > 1, s, &sw->parts[i].warp, error))
+        if (!pel_shear_factor(job, perspective, settings, which[i], split, s, &sw->parts[i].warp, error))
             return false;
         s->linear = linear;
+        sw->parts[i].weight = weights[i];
         const int c = which[i] / 2;
         if (!sw->has_runs[c] && s->slice_count && !pel_shear_runs_build(&sw->runs[c], job, s->axis, sw->threads, error))
             return false;
@@ -269,7 +278,6 @@ static bool prepare_rows(struct pel_shear_warp *sw, struct pel_shear *s, struct 
 }
 
 /* Room for a part's slices, intermediate image and scanlines. */
-
 static bool prepare_part(struct pel_shear_warp *sw, struct part *part, struct pel_scanline *lines, struct pel_error *error)
 {
     struct pel_shear *s = &part->shear;
@@ -329,6 +337,46 @@ static bool draw_part(struct drawing *d, struct part *part, double stage_ms[2], 
     return true;
 }
 
+struct mixing {
+    const struct pel_job *job;
+    float *picture;
+    const float *layer;
+    float kept, added; /* weights */
+};
+
+static void mix_rows(void *context, size_t band, int thread)
+{
+    (void)thread;
+    const struct mixing *m = context;
+    const size_t row = (size_t)m->job->width * 4, height = (size_t)m->job->height, first = band * BAND;
+    const size_t end = first + BAND < height ? first + BAND : height;
+    for (size_t i = first * row; i < end * row; i++)
+        m->picture[i] = m->kept * m->picture[i] + m->added * m->layer[i];
+}
+
+/* Draws the other axes' pictures each by itself and mixes them into the main one's, which is there. Depth stays the main one's. */
+static bool blend_parts(struct drawing *d, struct pel_image *image, double stage_ms[2], struct pel_error *error)
+{
+    struct pel_shear_warp *sw = d->sw;
+    struct pel_job *job = &sw->job;
+    struct mixing m = { .job = job, .picture = image->rgba, .kept = (float)sw->parts[0].weight };
+    if (!reserve((void **)&sw->layer, &sw->layer_room, (size_t)job->width * (size_t)job->height * 4, sizeof(float), "picture", error))
+        return false;
+    bool ok = true;
+    job->rgba = sw->layer;
+    job->depth = NULL;
+    for (int i = 1; ok && i < sw->part_count; i++) {
+        d->first = true;
+        ok = draw_part(d, &sw->parts[i], stage_ms, error);
+        m.layer = sw->layer, m.added = (float)sw->parts[i].weight;
+        pel_parallel_for(sw->threads, bands_of(job->height), mix_rows, &m);
+        m.kept = 1;
+    }
+    job->rgba = image->rgba;
+    job->depth = image->depth;
+    return ok;
+}
+
 static void count(const struct pel_shear_warp *sw, const struct drawing *d, struct pel_shear_counters *counters)
 {
     const size_t *cells = sw->voxels.minmax.cells.dims;
@@ -344,7 +392,8 @@ static void count(const struct pel_shear_warp *sw, const struct drawing *d, stru
     counters->cells = cells[0] * cells[1] * cells[2];
     counters->visible_cells = sw->state.visible_cells;
     counters->bytes = pel_voxels_bytes(&sw->voxels, &sw->job) + pel_classify_bytes(&sw->state) + sw->slice_room * sizeof *sw->slices +
-                      (sw->alpha_entries + sw->image_room + sw->line_room) * sizeof(float) + sw->row_room * sizeof(int) + sw->turned.bytes;
+                      (sw->alpha_entries + sw->image_room + sw->line_room + sw->layer_room) * sizeof(float) +
+                      sw->row_room * sizeof(int) + sw->turned.bytes;
     for (int a = 0; a < 3; a++)
         counters->bytes += sw->runs[a].total * sizeof *sw->runs[a].bits + sw->runs[a].seen_bytes;
 }
@@ -363,8 +412,10 @@ bool pel_shear_warp_draw(struct pel_shear_warp *sw, const struct pel_scene *scen
     for (int i = 0; i < sw->part_count; i++)
         d.items += bands_of(sw->parts[i].shear.height);
     stage_ms[0] = stage_ms[1] = 0;
-    for (int i = 0; ok && i < sw->part_count; i++)
+    for (int i = 0; ok && i < (sw->blended ? 1 : sw->part_count); i++)
         ok = draw_part(&d, &sw->parts[i], stage_ms, error);
+    if (sw->blended)
+        ok = ok && blend_parts(&d, image, stage_ms, error);
     if (ok && scene->linear_light)
         pel_encode_picture(job, sw->threads);
     if (ok)

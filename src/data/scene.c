@@ -16,7 +16,7 @@ static const char *const reconstructions[] = { "auto", "linear", "nearest", NULL
 const struct pel_option pel_render_options[] = {
     { "mode", "Mode",
       "How samples along a ray become a pixel: light emitted and absorbed, the greatest, least or mean sample, "
-      "absorption alone, surfaces of equal value, or one plane",
+      "absorption alone, surfaces of equal value, or planes",
       PEL_OPTION_CHOICE, AT(mode), 0, 0, "composite", modes, NULL },
     { "step", "Step", "Distance between samples along a ray", PEL_OPTION_DOUBLE, AT(step), 0.01, 100, "0.5", NULL, "voxels" },
     { "jitter", "Jitter", "Move each ray's samples by a fixed pseudo-random part of the step: fine noise in place of rings",
@@ -157,6 +157,20 @@ static bool check_clipping(const struct pel_scene *scene, struct pel_error *erro
     return true;
 }
 
+static bool check_slices(const struct pel_scene *scene, struct pel_error *error)
+{
+    if (scene->more_slice_count < 0 || scene->more_slice_count > PEL_MAX_SLICES - 1)
+        return pel_fail(error, PEL_ERROR_ARGUMENT, "%d slices; 1 to %d are possible", scene->more_slice_count + 1, PEL_MAX_SLICES);
+    if (scene->render.mode != PEL_MODE_SLICE)
+        return true;
+    if (!check_plane(&scene->slice, "slice", 0, error))
+        return false;
+    for (int i = 0; i < scene->more_slice_count; i++)
+        if (!check_plane(&scene->more_slices[i], "slice", i + 1, error))
+            return false;
+    return true;
+}
+
 bool pel_scene_check(const struct pel_scene *scene, struct pel_error *error)
 {
     if (!scene->volume)
@@ -172,8 +186,6 @@ bool pel_scene_check(const struct pel_scene *scene, struct pel_error *error)
         return pel_fail(error, PEL_ERROR_ARGUMENT, "a unit distance of %g; it must be positive", scene->transfer.unit_distance);
     if (!within(scene->background, 4, 0, 1))
         return pel_fail(error, PEL_ERROR_ARGUMENT, "the background's colour must be from 0 to 1");
-    if (scene->render.mode == PEL_MODE_SLICE && !check_plane(&scene->slice, "slice", 0, error))
-        return false;
     return pel_camera_check(&scene->camera, error) && check_settings(&scene->render, error) && check_isosurfaces(scene, error) &&
-           check_lights(scene, error) && check_clipping(scene, error);
+           check_lights(scene, error) && check_clipping(scene, error) && check_slices(scene, error);
 }

@@ -232,10 +232,27 @@ static bool read_plane(struct pel_scene_reading *r, const json_t *value, void *o
     return pel_scene_read_object(r, value, keys, object);
 }
 
+/* One plane, or a list of planes that are in one picture. */
 static bool read_slice(struct pel_scene_reading *r, const json_t *value, void *object)
 {
+    struct pel_scene *scene = object;
     r->has.slice = true;
-    return read_plane(r, value, object);
+    scene->more_slice_count = 0;
+    if (!json_is_array(value))
+        return read_plane(r, value, &scene->slice);
+    if (!pel_scene_check_array(r, value, PEL_MAX_SLICES))
+        return false;
+    size_t count = json_array_size(value);
+    for (size_t i = 0; i < count; i++) {
+        struct pel_plane *plane = i ? &scene->more_slices[i - 1] : &scene->slice;
+        size_t back = pel_scene_enter_entry(r, i);
+        *plane = (struct pel_plane) { { 0, 0, 0 }, { 0, 0, 1 } };
+        if (!read_plane(r, json_array_get(value, i), plane))
+            return false;
+        pel_scene_leave(r, back);
+    }
+    scene->more_slice_count = count ? (int)count - 1 : 0;
+    return count > 0 || pel_fail(r->error, PEL_ERROR_FORMAT, "an empty list; name a plane at least");
 }
 
 static bool read_clip_planes(struct pel_scene_reading *r, const json_t *value, void *object)
@@ -318,6 +335,48 @@ static bool read_background(struct pel_scene_reading *r, const json_t *value, vo
     return pel_json_numbers(value, count, rgba, r->error) && check_fractions(r, rgba, 4);
 }
 
+/* Text that fits; which options a technique has is not known here. */
+static bool read_technique_options(struct pel_scene_reading *r, const json_t *value, void *object)
+{
+    struct pel_technique_choice *choice = object;
+    const char *name;
+    json_t *member;
+    if (!json_is_object(value))
+        return pel_fail(r->error, PEL_ERROR_FORMAT, "expected an object, found %s", pel_json_kind(value));
+    json_object_foreach((json_t *)value, name, member)
+    {
+        size_t back = pel_scene_enter(r, name), i = (size_t)choice->option_count;
+        char text[PEL_OPTION_TEXT_SIZE];
+        if (i == PEL_MAX_TECHNIQUE_OPTIONS || strlen(name) >= sizeof choice->options[i].name)
+            return pel_fail(r->error, PEL_ERROR_FORMAT, "there is no such key");
+        if (!pel_scene_value_text(r, member, text, sizeof text))
+            return false;
+        if (strlen(text) >= sizeof choice->options[i].value)
+            return pel_fail(r->error, PEL_ERROR_FORMAT, "the value is longer than %zu bytes", sizeof choice->options[i].value - 1);
+        strcpy(choice->options[i].name, name);
+        strcpy(choice->options[i].value, text);
+        choice->option_count++;
+        pel_scene_leave(r, back);
+    }
+    return true;
+}
+
+static bool read_technique_name(struct pel_scene_reading *r, const json_t *value, void *object)
+{
+    struct pel_technique_choice *choice = object;
+    return pel_json_text(value, choice->name, sizeof choice->name, r->error);
+}
+
+static bool read_technique(struct pel_scene_reading *r, const json_t *value, void *object)
+{
+    static const struct pel_scene_key keys[] = { { "name", read_technique_name, 0 }, { "options", read_technique_options, 0 }, { NULL } };
+    struct pel_technique_choice *choice = object;
+    memset(choice, 0, sizeof *choice);
+    if (!pel_scene_read_object(r, value, keys, choice))
+        return false;
+    return choice->name[0] || pel_fail(r->error, PEL_ERROR_FORMAT, "the technique's name is missing");
+}
+
 static bool read_version(struct pel_scene_reading *r, const json_t *value, void *object)
 {
     (void)object;
@@ -334,8 +393,9 @@ static const struct pel_scene_key scene_keys[] = {
     { "camera", read_camera, offsetof(struct pel_scene, camera) },
     { "render", read_render, offsetof(struct pel_scene, render) },
     { "isosurfaces", read_isosurfaces, 0 },
-    { "slice", read_slice, offsetof(struct pel_scene, slice) },
+    { "slice", read_slice, 0 },
     { "lights", read_lights, 0 },
+    { "technique", read_technique, offsetof(struct pel_scene, technique) },
     { "clip-planes", read_clip_planes, 0 },
     { "clip-box", read_clip_box, 0 },
     { "background", read_background, offsetof(struct pel_scene, background) },

@@ -56,8 +56,7 @@ bool pel_scene_check_array(struct pel_scene_reading *r, const json_t *value, siz
     return true;
 }
 
-/* A JSON value as the text that an option reads. */
-static bool option_text(struct pel_scene_reading *r, const json_t *value, char *text, size_t size)
+bool pel_scene_value_text(struct pel_scene_reading *r, const json_t *value, char *text, size_t size)
 {
     size_t used = 0;
     text[0] = 0;
@@ -94,7 +93,7 @@ static bool option_text(struct pel_scene_reading *r, const json_t *value, char *
 static bool read_option(struct pel_scene_reading *r, const json_t *value, const struct pel_option *row, void *object)
 {
     char text[PEL_OPTION_TEXT_SIZE];
-    return option_text(r, value, text, sizeof text) && pel_option_set(row, object, text, r->error);
+    return pel_scene_value_text(r, value, text, sizeof text) && pel_option_set(row, object, text, r->error);
 }
 
 bool pel_scene_read_options(struct pel_scene_reading *r, const json_t *value, const struct pel_option *table, void *object)

@@ -33,6 +33,9 @@ bool pel_scene_read_object(struct pel_scene_reading *r, const json_t *value, con
 /* The same by a table of options. */
 bool pel_scene_read_options(struct pel_scene_reading *r, const json_t *value, const struct pel_option *table, void *object);
 
+/* A value as the text that an option reads: numbers of an array with commas between. */
+bool pel_scene_value_text(struct pel_scene_reading *r, const json_t *value, char *text, size_t size);
+
 /* Is it an array of `most` entries or fewer? */
 bool pel_scene_check_array(struct pel_scene_reading *r, const json_t *value, size_t most);
 

@@ -2,6 +2,7 @@
 /* Scene files out: everything of a scene but the samples, under the keys that scene_read.c reads. */
 #include "scene_file.h"
 
+#include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -155,6 +156,40 @@ static json_t *lights(struct writing *w, const struct pel_scene *scene)
     return array;
 }
 
+/* Numbers and switches as such, everything else as text: what the option's type is is not known here. */
+static json_t *value_of_text(const char *text)
+{
+    char *end;
+    double number = strtod(text, &end);
+    if (strcmp(text, "true") == 0 || strcmp(text, "false") == 0)
+        return json_boolean(text[0] == 't');
+    if (!text[0] || *end || !isfinite(number))
+        return json_string(text);
+    return number == floor(number) && fabs(number) < 1e15 ? json_integer((json_int_t)number) : json_real(number);
+}
+
+static json_t *technique(struct writing *w, const struct pel_technique_choice *t)
+{
+    json_t *json = json_object(), *options_of = json_object();
+    put(w, json, "name", json_string(t->name));
+    for (int i = 0; i < t->option_count; i++)
+        put(w, options_of, t->options[i].name, value_of_text(t->options[i].value));
+    put(w, json, "options", options_of);
+    return json;
+}
+
+/* An object for one, as files of older versions have it. */
+static json_t *slices(struct writing *w, const struct pel_scene *scene)
+{
+    if (scene->more_slice_count == 0)
+        return plane(w, &scene->slice);
+    json_t *array = json_array();
+    add(w, array, plane(w, &scene->slice));
+    for (int i = 0; i < scene->more_slice_count; i++)
+        add(w, array, plane(w, &scene->more_slices[i]));
+    return array;
+}
+
 json_t *pel_scene_to_json(const struct pel_scene *scene, const char *path, struct pel_error *error)
 {
     struct writing w = { false };
@@ -166,11 +201,13 @@ json_t *pel_scene_to_json(const struct pel_scene *scene, const char *path, struc
     put(&w, root, "transfer", transfer(&w, &scene->transfer));
     put(&w, root, "camera", options(&w, pel_camera_options, &scene->camera));
     put(&w, root, "render", options(&w, pel_render_options, &scene->render));
+    if (scene->technique.name[0])
+        put(&w, root, "technique", technique(&w, &scene->technique));
     if (scene->isosurface_count)
         put(&w, root, "isosurfaces", isosurfaces(&w, scene));
     const double *n = scene->slice.normal;
     if (n[0] != 0 || n[1] != 0 || n[2] != 0) /* zero: no slice was chosen */
-        put(&w, root, "slice", plane(&w, &scene->slice));
+        put(&w, root, "slice", slices(&w, scene));
     put(&w, root, "lights", lights(&w, scene));
     for (int i = 0; i < scene->clip_plane_count; i++)
         add(&w, planes, plane(&w, &scene->clip_planes[i]));

@@ -196,7 +196,8 @@ static unsigned changes_since(const struct seen *seen, const struct pel_scene *n
         changes |= PEL_CHANGE_SIZE;
     if (then->clip_plane_count != now->clip_plane_count || memcmp(then->clip_planes, now->clip_planes, sizeof now->clip_planes) ||
         then->clip_box_enabled != now->clip_box_enabled || memcmp(then->clip_box, now->clip_box, sizeof now->clip_box) ||
-        memcmp(&then->slice, &now->slice, sizeof now->slice))
+        memcmp(&then->slice, &now->slice, sizeof now->slice) || then->more_slice_count != now->more_slice_count ||
+        memcmp(then->more_slices, now->more_slices, sizeof now->more_slices))
         changes |= PEL_CHANGE_CLIPPING;
     if (then->light_count != now->light_count || memcmp(then->lights, now->lights, sizeof now->lights))
         changes |= PEL_CHANGE_LIGHTS;

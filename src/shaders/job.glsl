@@ -15,11 +15,11 @@ layout(std140, binding = 0) uniform JobBlock {
     vec4 all_diffuse, all_specular; // coefficient times the lights' colours, summed
     vec4 gradient;    // x: 1 / the volume's range, raw; y: 1 where some voxel is void; z: termination, w: invert
     vec4 to_world[3], normal[3], metric[2];
-    ivec4 counts;     // lights, isosurfaces, -, -
+    ivec4 counts;     // lights, isosurfaces, 1: the picture is encoded at the end, slice planes
     vec4 light_direction[4]; // w: 1 for a headlight
     vec4 light_diffuse[4], light_specular[4];
     vec4 range;       // least, greatest raw value
-    vec4 slice_plane;
+    vec4 slice_planes[8];
     vec4 iso[16];       // value, opacity
     vec4 iso_color[16];
     // A part of the volume that is drawn by itself (BRICKS); the cells above are its own.

@@ -42,8 +42,26 @@ with Folder() as folder:
     fine("slices", *slices, "-o", folder / "slices.png", "--supersampling", "4", "--intermediate", "picture", "--rays", "2")
     result, told = compare(folder / "slices.png", folder / "composite-reference.png", "--psnr-min", "35")
     check(result.status == 0, "slices2d agrees with the reference", result)
-    result = run(*slices, "-o", folder / "no.png", "--mode", "mip")
-    check(result.status == 2 and "raycast" in result.err, "slices2d refuses other modes, and says what to use", result)
+    sheared = [*slices, "--device", "cpu"]
+    result = fine("shear-warp", *sheared, "-o", folder / "sheared.png", "--depth", folder / "sheared.nrrd", "--supersampling", "4", "--intermediate", "picture", "--rays", "2", "--stats", "json")
+    check(result.json()["technique"] == "slices2d" and result.json()["device"] == "cpu" and [s["name"] for s in result.json()["stages"]][-2:] == ["shear", "warp"], "by the CPU", result)
+    check(png(read(folder / "sheared.png"))[:2] == (40, 30) and colours(folder / "sheared.png") > 30 and run("info", "--json", folder / "sheared.nrrd").json()["min"] > 0, "a picture and its depth")
+    check(compare(folder / "sheared.png", folder / "composite-reference.png", "--psnr-min", "35")[0].status == 0, "shear-warp agrees with the reference")
+    for name, words in {"one thread": ["--threads", "1"], "no skipping": ["--no-skip"]}.items():
+        fine(name, *sheared, "-o", folder / "again.png", "--supersampling", "4", "--intermediate", "picture", "--rays", "2", *words)
+        check(read(folder / "again.png") == read(folder / "sheared.png"), "shear-warp, %s: the same bytes" % name)
+    for name, words in {"linear": ["--opacity-correction", "linear"], "rays of a voxel": ["--intermediate", "voxel"], "unshaded": ["--no-shade"], "supersampled": ["--supersampling", "3"]}.items():
+        fine("shear-warp, plain", *sheared, "-o", folder / "plain.png", "--intermediate", "picture")
+        fine("shear-warp, " + name, *sheared, "-o", folder / "again.png", "--intermediate", "picture", *words)
+        check(read(folder / "again.png") != read(folder / "plain.png") and colours(folder / "again.png") > 30, name + ": another picture, not a blank one")
+    for mode in MODES[1:]:
+        fails("shear-warp in mode " + mode, 2, "composite alone on the CPU; use the technique raycast", *sheared, "-o", folder / "no.png", "--mode", mode)
+    for classification in ["pre", "preintegrated"]:
+        fails("shear-warp classifying " + classification, 2, "post) alone on the CPU; use the technique raycast", *sheared, "-o", folder / "no.png", "--classification", classification)
+    for words in [["--slice-step", "2"], ["--lighting", "voxel"], ["--lighting", "global"], ["--texture-coordinates", "shared"]]:
+        fails("shear-warp with " + " ".join(words), 2, "use --device gpu", *sheared, "-o", folder / "no.png", *words)
+    fails("shear-warp with too many rays", 2, "--rays", *sheared, "-o", folder / "no.png", "--rays", "9")
+    check(not os.path.exists(folder / "no.png"), "nothing is drawn of what is refused")
     result = run(*slices, "-o", folder / "no.png", "--supersampling", "11")
     check(result.status == 2 and "supersampling" in result.err, "an option of a technique beyond its limits", result)
 
@@ -89,7 +107,7 @@ with Folder() as folder:
                         "view angle": ["--camera-view-angle", "60"], "position": ["--camera-position", "3,-4,5"], "isovalue": ["--isovalue", "0.5"],
                         "isovalues": ["--isovalue", "0.3,0.6", "--iso-opacity", "0.5", "--iso-color", "#ff0000", "--iso-color", "0,1,0"],
                         "slice": ["--slice", "0,0,0,1,1,0"], "clip plane": ["--clip-plane", "0,0,0,1,0,0"], "clip box": ["--clip-box=-9,0,-9,0,-9,9"],
-                        "light": ["--light", "1,0,0"], "linear light": ["--linear-light"], "spacing": ["--spacing", "1,1,2"],
+                        "light": ["--light", "1,0,0"], "light colour": ["--light-color", "#ff8000"], "linear light": ["--linear-light"], "spacing": ["--spacing", "1,1,2"],
                         "step": ["--step", "3"], "jitter": ["--jitter"], "pre": ["--classification", "pre"]}.items():
         fine(name, *base, "-o", one, *words)
         check(read(one) != read(folder / "a.png") and colours(one) > 1, name + " makes another picture, not a blank one", colours(one))
@@ -140,10 +158,12 @@ with Folder() as folder:
     fine("a colour map file", *base, "-o", one, "--colormap", "viridis")
     SCENES = {"plain": [], "curve": ["--opacity", "0:0,0.4:0.1,1:0.9", "--colormap", "plasma", "--unit-distance", "0.1"],
               "iso": ["--isovalue", "0.3,0.6", "--iso-opacity", "0.4,1"], "iso one": ["--mode", "isosurface"], "slice": ["--slice", "0,0,0,1,2,3"],
+              "slices": ["--slice", "0,0,0,1,0,0", "--slice", "0,0,0,0,1,0", "--slice", "0,0,0.2,1,1,1"],
+              "slices2d": ["--technique", "slices2d", "--supersampling", "3", "--rays", "1.5"],
               "slice default": ["--mode", "slice"], "mip": ["--mode", "mip"], "xray": ["--mode", "xray", "--invert"],
               "moves": ["--azimuth", "33", "--elevation", "21", "--roll", "7", "--zoom", "1.7"], "parallel": ["--parallel", "--zoom", "1.1"],
               "clip": ["--clip-plane", "0,0,0,1,0,0", "--clip-plane", "0,0,0,0,1,0", "--clip-box=-9,9,-9,9,-9,0.5"],
-              "lights": ["--light", "1,0,0", "--light", "0,-1,1", "--background", "0.2,0.3,0.4"], "labels": ["--labels"], "spacing": ["--spacing", "1,2,3"], "void": ["--void", "0"], "no labels": ["--no-labels"],
+              "lights": ["--light", "1,0,0", "--light", "0,-1,1", "--light-color", "1,0.2,0", "--light-color", "#4080ff", "--background", "0.2,0.3,0.4"], "labels": ["--labels"], "spacing": ["--spacing", "1,2,3"], "void": ["--void", "0"], "no labels": ["--no-labels"],
               "optics": ["--step", "0.8", "--jitter", "--termination", "0.9", "--no-shade", "--linear-light", "--classification", "preintegrated"]}
     for name, words in SCENES.items():
         fine("save " + name, *base, "-o", one, "--save-scene", folder / "s.json", *words)
@@ -151,6 +171,39 @@ with Folder() as folder:
         check(os.path.exists(folder / "u.png") and read(one) == read(folder / "u.png"), "scene %s gives the same bytes" % name)
         if os.path.exists(folder / "u.png"):
             os.unlink(folder / "u.png")
+    # A scene names its technique with all options; flags are over it, another technique has nothing of it.
+    drawn = lambda name, *words: fine(name, "render", "--scene", folder / "s.json", "--size", "40x30", "-o", folder / "u.png", "--device", "cpu", *words) and read(folder / "u.png")
+    sliced = [*base, "--technique", "slices2d", "--device", "cpu"]
+    fine("save a technique", *sliced, "-o", one, "--save-scene", folder / "s.json", "--supersampling", "3", "--intermediate", "picture", "--rays", "2")
+    told = json.loads(read(folder / "s.json"))["technique"]
+    names = {row["name"] for t in run("techniques", "--json").json() if t["name"] == "slices2d" for row in t["options"]}
+    check(told["name"] == "slices2d" and told["options"]["supersampling"] == 3 and told["options"]["intermediate"] == "picture" and set(told["options"]) == names, "what it says of it", told)
+    check(drawn("load a technique") == read(one), "the same picture by the scene's technique and options")
+    check(drawn("the technique again", "--technique", "slices2d") == read(one), "naming it again changes nothing")
+    fine("other options", *sliced, "-o", one, "--supersampling", "1", "--intermediate", "picture", "--rays", "2")
+    check(drawn("an option over it", "--supersampling", "1") == read(one), "a flag is over the scene's option, which leaves the others")
+    fine("the ray caster", *base, "-o", one, "--device", "cpu")
+    check(drawn("another technique", "--technique", "raycast", "--save-scene", folder / "cast.json") == read(one), "another technique is that one's picture")
+    check(json.loads(read(folder / "cast.json"))["technique"] == {"name": "raycast", "options": {}}, "and scene", read(folder / "cast.json"))
+    for key, word, wrong in [("misspelt", "technique.options.suprsampling", {"name": "slices2d", "options": {"suprsampling": 3}}), ("unknown", "technique.name", {"name": "slices4d"}),
+                             ("beyond its limits", "technique.options.supersampling", {"name": "slices2d", "options": {"supersampling": 11}}),
+                             ("of another technique", "technique.options.cull", {"name": "slices2d", "options": {"cull": "band"}}), ("nameless", "technique: ", {"options": {}})]:
+        write(folder / "wrong.json", json.dumps(dict(json.loads(read(folder / "s.json")), technique=wrong)))
+        result = fails("a technique's key " + key, 1, "wrong.json: ", "render", "--scene", folder / "wrong.json", "-o", folder / "no.png")
+        check(word in result.err, "it names the key", result)
+
+    # Several planes: three are more than any one of them; a flag replaces all of a scene's.
+    planes = ["--slice=0,0,0,1,0,0", "--slice=0,0,0,0,1,0", "--slice=0,0,0,0,0,1"]
+    view = ["--camera-position", "3,-5,4", "--camera-focal-point", "0,0,0", "--alpha"]
+    covered = {}
+    for name, words in {"all": planes, "x": planes[:1], "y": planes[1:2], "z": planes[2:]}.items():
+        fine("planes " + name, *base, "-o", one, *words, *view, "--save-scene", folder / ("planes-%s.json" % name))
+        covered[name] = {(x, y) for y, row in enumerate(png(read(one))[3]) for x in range(40) if row[4 * x + 3]}
+    check(covered["all"] == covered["x"] | covered["y"] | covered["z"] and len(covered["all"]) > max(len(covered[p]) for p in "xyz"), "three planes cover what each does",
+          {name: len(pixels) for name, pixels in covered.items()})
+    fine("one for three", "render", "--scene", folder / "planes-all.json", "--size", "40x30", "-o", folder / "u.png", "--alpha", planes[2])
+    check(read(folder / "u.png") == read(one), "--slice replaces a scene's planes")
+    fails("nine planes", 2, "--slice", *base, "-o", folder / "no.png", *(3 * planes))
     fine("a scene alone", "render", volume, "--save-scene", folder / "alone.json", "--mode", "mip")
     check(json.loads(read(folder / "alone.json")), "it is JSON")
     fine("override", "render", "--scene", folder / "alone.json", "--mode", "composite", "--size", "40x30", "-o", one)

@@ -86,5 +86,9 @@ void make_sized(struct pel_volume *volume, struct pel_scene *scene, const size_t
     scene->isosurface_count = 2;
     pel_volume_index_to_world(volume, (const double[3]){ (double)dims[0] / 2 - 0.5, (double)dims[1] / 2 - 0.5, (double)dims[2] / 2 - 0.5 }, scene->slice.origin);
     memcpy(scene->slice.normal, (double[3]){ 1, -2, 0.5 }, sizeof scene->slice.normal);
+    scene->more_slices[0] = scene->more_slices[1] = scene->slice; /* two more that cross it: through other bricks */
+    memcpy(scene->more_slices[0].normal, (double[3]){ 1, 0.1, 0 }, sizeof scene->slice.normal);
+    memcpy(scene->more_slices[1].normal, (double[3]){ 0.2, 0.3, 1 }, sizeof scene->slice.normal);
+    scene->more_slice_count = 2;
 }
 

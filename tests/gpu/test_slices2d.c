@@ -275,6 +275,13 @@ static void test_arbitrary_slices(void **state)
         for (int variant = 0; variant < 24; variant++) {
             struct pel_image cast, strips;
             memcpy(scene.slice.normal, normals[variant % 6], sizeof scene.slice.normal);
+            for (int k = 0; k < PEL_MAX_SLICES - 1; k++) { /* 1 to 8 planes that cross one another */
+                scene.more_slices[k] = scene.slice;
+                memcpy(scene.more_slices[k].normal, normals[(variant + k + 1) % 6], sizeof scene.slice.normal);
+                for (int a = 0; a < 3; a++) /* none through the eye: of a plane that is edge on, rounding picks the pixels */
+                    scene.more_slices[k].origin[a] += (k * 1.3 - 2) * (1 + 0.3 * a);
+            }
+            scene.more_slice_count = variant % PEL_MAX_SLICES;
             look_along(&scene, (7 * variant + 1) % 13, variant & 1);
             scene.clip_plane_count = 0;
             if (variant >= 12)

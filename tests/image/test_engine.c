@@ -63,6 +63,10 @@ static void make_full_scene(struct pel_scene *scene, const struct pel_volume *vo
     const double middle[3] = { (double)volume->dims[0] * 0.47, (double)volume->dims[1] * 0.47, (double)volume->dims[2] * 0.47 };
     pel_volume_index_to_world(volume, middle, scene->slice.origin);
     memcpy(scene->slice.normal, (double[3]){ 1, -2, 0.5 }, sizeof scene->slice.normal);
+    scene->more_slices[0] = scene->more_slices[1] = scene->slice; /* three that cross */
+    memcpy(scene->more_slices[0].normal, (double[3]){ 1, 0, 0 }, sizeof scene->slice.normal);
+    memcpy(scene->more_slices[1].normal, (double[3]){ 0.3, 1, 2 }, sizeof scene->slice.normal);
+    scene->more_slice_count = 2;
 }
 
 /* A computed data set, `size` samples along each axis; parameters as text, in pairs, NULL at the end. */
@@ -402,6 +406,7 @@ static void test_long_volumes(void **state)
             scene.camera.focal_point[0] += 699 / 2.0;
             memcpy(scene.slice.origin, scene.camera.focal_point, sizeof scene.slice.origin);
             memcpy(scene.slice.normal, (double[3]){ 1, 0, 0 }, sizeof scene.slice.normal);
+            scene.more_slice_count = 0;
             scene.render.mode = draws[i].mode;
             scene.render.classification = draws[i].classification;
             snprintf(what, sizeof what, "long volume of %s, %s", pel_type_name(types[t]), draws[i].name);

@@ -9,6 +9,9 @@ struct setting {
 };
 static const struct setting plain[] = { { NULL, NULL } };
 static const struct setting fine[] = { { "supersampling", "3" }, { "intermediate", "picture" }, { "rays", "2" }, { NULL, NULL } };
+static const struct setting blended[] = {
+    { "supersampling", "3" }, { "intermediate", "picture" }, { "rays", "2" }, { "blend", "8" }, { NULL, NULL }
+};
 
 static void set_options(struct pel_renderer *renderer, const struct setting *settings)
 {
@@ -334,6 +337,45 @@ static void test_linear_correction(void **state)
     pel_volume_finish(&volume);
 }
 
+/* Across the switch of axes a blend changes by little what a switch changes at once; away from it there is nothing to blend. */
+static void test_blend(void **state)
+{
+    (void)state;
+    const struct setting ways[2][3] = { { { "blend", "0" } }, { { "blend", "10" } } };
+    const double sides[2][3] = { { 1, 0.996, 0.2 }, { 0.996, 1, 0.2 } };
+    struct pel_volume volume;
+    struct pel_scene scene;
+    struct pel_image images[2][2], one;
+    make_blobs(&volume, &scene, PEL_U8, blobs);
+    for (int perspective = 0; perspective < 2; perspective++) {
+        double jumps[2];
+        for (int way = 0; way < 2; way++) {
+            for (int side = 0; side < 2; side++) {
+                look_parallel(&scene, sides[side], 120, 30);
+                scene.camera.parallel = !perspective;
+                slices(&scene, ways[way], 2, SIZE, &images[way][side]);
+            }
+            jumps[way] = psnr(&images[way][0], &images[way][1]);
+        }
+        check_at_least(jumps[1], jumps[0] + 3, "perspective %d: likeness across the switch with a blend, against %.1f without, dB",
+                       perspective, jumps[0]);
+        check_at_most(largest_depth_difference(&images[0][0], &images[1][0]), 0, "depth is the main axis'");
+        slices(&scene, ways[1], 1, SIZE, &one);
+        check_same_bytes(&one, &images[1][1], "a blend with 1 and 2 threads");
+        pel_image_finish(&one);
+        for (int i = 0; i < 4; i++)
+            pel_image_finish(&images[i / 2][i % 2]);
+    }
+    look_parallel(&scene, (double[3]) { 1, 0.7, 0.2 }, 120, 30);
+    slices(&scene, ways[0], 2, SIZE, &images[0][0]);
+    slices(&scene, ways[1], 2, SIZE, &images[1][0]);
+    check_same_bytes(&images[0][0], &images[1][0], "a blend far from the switch");
+    pel_image_finish(&images[0][0]);
+    pel_image_finish(&images[1][0]);
+    pel_scene_finish(&scene);
+    pel_volume_finish(&volume);
+}
+
 /* What slices cannot draw is refused with the name of what can; options beyond their rows are refused. */
 static void test_refusals(void **state)
 {
@@ -376,9 +418,10 @@ static void test_changes(void **state)
     struct pel_error error = PEL_ERROR_INIT;
     struct pel_renderer *renderer = pel_renderer_create(NULL, &error);
     make_blobs(&volume, &scene, PEL_U8, blobs);
-    for (int step = 0; step < 8; step++) {
+    for (int step = 0; step < 10; step++) {
         struct pel_image kept, fresh;
-        const struct setting *settings = step >= 6 ? fine : plain;
+        const struct setting *settings = step >= 8 ? blended : step >= 6 ? fine : plain;
+        const int size = step == 9 ? 70 : 48;
         if (step == 1)
             assert_true(pel_transfer_parse_opacity(&scene.transfer, "60:0,90:0.3", NULL));
         if (step == 2)
@@ -393,10 +436,14 @@ static void test_changes(void **state)
             set_options(renderer, fine);
         if (step == 7)
             scene.render.skip = true;
+        if (step == 8) { /* at the switch of axes, blended; then a larger picture is mixed */
+            look_parallel(&scene, (double[3]) { 1, 0.99, 0.2 }, 120, 30);
+            set_options(renderer, blended);
+        }
         pel_image_init(&kept);
-        if (!pel_image_allocate(&kept, 48, 48, true, &error) || !pel_renderer_draw(renderer, &scene, "slices2d", &kept, &error))
+        if (!pel_image_allocate(&kept, size, size, true, &error) || !pel_renderer_draw(renderer, &scene, "slices2d", &kept, &error))
             fail_msg("%s", error.message);
-        slices(&scene, settings, 2, 48, &fresh);
+        slices(&scene, settings, 2, size, &fresh);
         check_same_bytes(&kept, &fresh, "after a change");
         pel_image_finish(&kept);
         pel_image_finish(&fresh);
@@ -412,7 +459,7 @@ int main(void)
         cmocka_unit_test(test_computed),   cmocka_unit_test(test_bonsai),  cmocka_unit_test(test_homogeneous),
         cmocka_unit_test(test_directions), cmocka_unit_test(test_scenes),  cmocka_unit_test(test_wide),
         cmocka_unit_test(test_switch),     cmocka_unit_test(test_depth),   cmocka_unit_test(test_linear_correction),
-        cmocka_unit_test(test_refusals),   cmocka_unit_test(test_changes),
+        cmocka_unit_test(test_refusals),   cmocka_unit_test(test_changes), cmocka_unit_test(test_blend),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -133,6 +133,90 @@ static void test_slice(void **state)
     pel_volume_finish(&volume);
 }
 
+/* What a pixel is by sorting the planes and compositing their values, whose opacity and gray they are; and how near the ray comes to an end
+ * of its stretch, or two planes to one another, where either answer is right. */
+static double brute_slices(const struct pel_scene *scene, const double origin[3], const double direction[3], const double s[2],
+                           double expected[2], double *depth)
+{
+    double at[PEL_MAX_SLICES], nearest = INFINITY;
+    int count = 0;
+    expected[0] = expected[1] = 0;
+    *depth = INFINITY;
+    for (int i = 0; i <= scene->more_slice_count; i++) {
+        const struct pel_plane *plane = i ? &scene->more_slices[i - 1] : &scene->slice;
+        double from[3];
+        for (int a = 0; a < 3; a++)
+            from[a] = plane->origin[a] - origin[a];
+        double t = dot3(from, plane->normal) / dot3(direction, plane->normal);
+        nearest = fmin(nearest, fmin(fabs(t - s[0]), fabs(t - s[1])));
+        if (t >= s[0] && t <= s[1])
+            at[count++] = t;
+    }
+    for (; count > 0; count--) { /* the nearest, which is then taken out */
+        int least = 0;
+        for (int i = 1; i < count; i++)
+            least = at[i] < at[least] ? i : least;
+        double t = at[least], world[3] = { origin[0] + t * direction[0], origin[1] + t * direction[1], origin[2] + t * direction[2] };
+        double value = reconstruct(scene->volume, world);
+        at[least] = at[count - 1];
+        for (int i = 0; i < count - 1; i++)
+            nearest = fmin(nearest, fabs(at[i] - t));
+        if (value > 0)
+            *depth = fmin(*depth, t);
+        expected[1] += (1 - expected[0]) * value * value;
+        expected[0] += (1 - expected[0]) * value;
+    }
+    return nearest;
+}
+
+/* Several planes: each pixel composites what it meets in the order along its ray, whatever the order they are named in. */
+static void test_several_slices(void **state)
+{
+    (void)state;
+    static const double normals[PEL_MAX_SLICES][3] = { { 1, 0, 0 },   { 0, 0, 1 },   { 0, 1, 0 },     { 1, -2, 0.5 },
+                                                       { 1, 1, 1.3 }, { -1, 2, -1 }, { 0.2, 0.1, 1 }, { 3, 1, -1 } };
+    struct pel_volume volume;
+    struct pel_scene scene;
+    make_volume(&volume, 20, 17, 13, PEL_F32, noise01);
+    memcpy(volume.spacing, (double[3]){ 1, 1.2, 1.7 }, sizeof volume.spacing);
+    make_scene(&scene, &volume, "0:0,1:1");
+    scene.render.mode = PEL_MODE_SLICE;
+    for (int i = 0; i < PEL_MAX_SLICES; i++) {
+        struct pel_plane *plane = i ? &scene.more_slices[i - 1] : &scene.slice;
+        pel_volume_index_to_world(&volume, (const double[3]){ 9.3 + 0.4 * i, 8.2, 6.1 - 0.3 * i }, plane->origin);
+        memcpy(plane->normal, normals[i], sizeof plane->normal);
+    }
+    for (int t = 0; techniques[t]; t++)
+        for (int variant = 0; variant < 4; variant++) {
+            struct pel_image image;
+            double worst = 0, worst_depth = 0, origin[3], direction[3], s[2], expected[2], depth;
+            int seen = 0;
+            pel_camera_fit(&scene.camera, &volume, SIZE, SIZE);
+            pel_camera_azimuth(&scene.camera, 30 + 70 * variant);
+            pel_camera_elevation(&scene.camera, 35 - 20 * variant);
+            scene.camera.parallel = variant & 1;
+            scene.more_slice_count = variant < 2 ? 2 : PEL_MAX_SLICES - 1;
+            draw(&scene, techniques[t], SIZE, SIZE, &image);
+            for (int y = 0; y < SIZE; y++)
+                for (int x = 0; x < SIZE; x++) {
+                    if (!ray_stretch(&scene, SIZE, SIZE, x, y, origin, direction, s) ||
+                        brute_slices(&scene, origin, direction, s, expected, &depth) < 1e-3)
+                        continue;
+                    worst = fmax(worst, fmax(fabs(channel(&image, x, y, 3) - expected[0]), fabs(channel(&image, x, y, 1) - expected[1])));
+                    assert_int_equal(isinf(depth), isinf(depth_at(&image, x, y)));
+                    if (!isinf(depth))
+                        worst_depth = fmax(worst_depth, fabs(depth_at(&image, x, y) - depth));
+                    seen += expected[0] > 0;
+                }
+            check_at_least(seen, 400, "%s: pixels of several slices", techniques[t]);
+            check_at_most(worst, 1e-3, "%s, variant %d: error of several slices", techniques[t], variant);
+            check_at_most(worst_depth, 1e-4, "%s, variant %d: error of their depth", techniques[t], variant);
+            pel_image_finish(&image);
+        }
+    pel_scene_finish(&scene);
+    pel_volume_finish(&volume);
+}
+
 /* The same values in any type give the same picture, in every mode. */
 static void test_types(void **state)
 {
@@ -397,7 +481,7 @@ static void test_all_void(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_projections), cmocka_unit_test(test_slice),            cmocka_unit_test(test_types),
+        cmocka_unit_test(test_projections), cmocka_unit_test(test_slice),            cmocka_unit_test(test_several_slices), cmocka_unit_test(test_types),
         cmocka_unit_test(test_labels),      cmocka_unit_test(test_nearest_is_exact), cmocka_unit_test(test_voids),
         cmocka_unit_test(test_all_void),    cmocka_unit_test(test_value_scale),
     };

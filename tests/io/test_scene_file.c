@@ -40,7 +40,12 @@ static void fill(struct pel_scene *s)
         s->camera.view_up[a] = odd_number(a + 20);
         s->slice.origin[a] = odd_number(a + 30);
         s->slice.normal[a] = odd_number(a + 40);
+        for (int i = 0; i < PEL_MAX_SLICES - 1; i++) {
+            s->more_slices[i].origin[a] = odd_number(7 * i + a);
+            s->more_slices[i].normal[a] = odd_number(5 * i + a + 1);
+        }
     }
+    s->more_slice_count = PEL_MAX_SLICES - 1;
     s->camera.view_angle = 100 / 3.0;
     s->camera.parallel = true;
     s->camera.parallel_scale = 1 / 3.0;
@@ -70,6 +75,7 @@ static void fill(struct pel_scene *s)
     for (int i = 0; i < 4; i++)
         s->background[i] = 1 / (i + 2.0);
     s->linear_light = true;
+    s->technique = (struct pel_technique_choice) { "slices2d", 5, { { "a", "true" }, { "b", "-7" }, { "c", "0.10000000000000001" }, { "d", "#0a1b2c" }, { "e", "voxel" } } };
     assert_true(pel_transfer_set_colormap(&s->transfer, "plasma", -1e-5, 1e5, NULL));
     assert_true(pel_transfer_parse_opacity(&s->transfer, "-1:0,0.1:0.123456789,0.1:1", NULL));
     s->transfer.unit_distance = 1 / 7.0;
@@ -93,6 +99,8 @@ static void expect_same_scene(const struct pel_scene *a, const struct pel_scene 
     assert_int_equal(a->isosurface_count, b->isosurface_count);
     assert_memory_equal(a->isosurfaces, b->isosurfaces, sizeof(struct pel_isosurface) * (size_t)a->isosurface_count);
     assert_memory_equal(&a->slice, &b->slice, sizeof a->slice);
+    assert_int_equal(a->more_slice_count, b->more_slice_count);
+    assert_memory_equal(a->more_slices, b->more_slices, sizeof(struct pel_plane) * (size_t)a->more_slice_count);
     assert_int_equal(a->light_count, b->light_count);
     for (int i = 0; i < a->light_count; i++) {
         assert_int_equal(a->lights[i].headlight, b->lights[i].headlight);
@@ -106,6 +114,12 @@ static void expect_same_scene(const struct pel_scene *a, const struct pel_scene 
     assert_memory_equal(a->clip_box, b->clip_box, sizeof a->clip_box);
     assert_memory_equal(a->background, b->background, sizeof a->background);
     assert_int_equal(a->linear_light, b->linear_light);
+    assert_string_equal(a->technique.name, b->technique.name);
+    assert_int_equal(a->technique.option_count, b->technique.option_count);
+    for (int i = 0; i < a->technique.option_count; i++) {
+        assert_string_equal(a->technique.options[i].name, b->technique.options[i].name);
+        assert_string_equal(a->technique.options[i].value, b->technique.options[i].value);
+    }
 }
 
 static void read_scene(const char *path, struct pel_scene *s, struct pel_scene_parts *has)
@@ -153,6 +167,7 @@ static void round_trip(void **state)
     if (scene.slice.normal[0] == 0 && scene.slice.normal[1] == 0 && scene.slice.normal[2] == 0)
         scene.slice = back.slice;
     memcpy(scene.clip_box, back.clip_box, sizeof back.clip_box);
+    scene.technique = back.technique; /* nor is none */
     expect_same_scene(&scene, &back);
     pel_scene_finish(&back);
 }
@@ -225,6 +240,11 @@ static void by_hand(void **state)
     assert_true(scene.isosurfaces[0].value == 7 && scene.isosurfaces[0].opacity == 1 && scene.isosurfaces[0].color[1] == 1);
     assert_true(!scene.lights[0].headlight && scene.lights[1].headlight && scene.lights[1].color[0] == 1);
     assert_false(scene.clip_box_enabled);
+    parse("{\"slice\": [{\"origin\": [1, 2, 3]}, {\"normal\": [1, 0, 0]}, {}]}", NULL);
+    assert_int_equal(scene.more_slice_count, 2);
+    assert_true(scene.slice.origin[2] == 3 && scene.more_slices[0].normal[0] == 1 && scene.more_slices[1].normal[2] == 1);
+    parse("{\"slice\": {\"normal\": [0, 5, 0]}}", NULL); /* one plane replaces them all */
+    assert_true(scene.more_slice_count == 0 && scene.slice.normal[1] == 5);
 }
 
 static const struct {
@@ -259,6 +279,9 @@ static const struct {
     { "{\"isosurfaces\": [{\"value\": 1}, {\"value\": 1, \"opacity\": -1}]}", "isosurfaces[1].opacity: " },
     { "{\"isosurfaces\": [1,2,3,4,5,6,7,8,9,10,11,12,13,14,15,16,17]}", "isosurfaces: 17 entries" },
     { "{\"slice\": {\"normal\": [0,0,0]}}", "slice.normal: " },
+    { "{\"slice\": [{}, {\"normal\": [0,0,0]}]}", "slice[1].normal: " },
+    { "{\"slice\": []}", "slice: an empty list" },
+    { "{\"slice\": [{},{},{},{},{},{},{},{},{}]}", "slice: 9 entries" },
     { "{\"lights\": [{\"color\": [2,0,0]}]}", "lights[0].color: " },
     { "{\"clip-planes\": [{\"origin\": 7}]}", "clip-planes[0].origin: " },
     { "{\"clip-box\": [1,2,3]}", "clip-box: " },
@@ -269,6 +292,12 @@ static const struct {
     { "{\"volume\": {\"raw\": \"0123456789012345678901234567890123456789012345678901234567890123456789012345678901234567890123456789"
       "01234567890123456789012345678901234567890123456789\"}}",
       "volume.raw: " },
+    { "{\"technique\": \"slices2d\"}", "technique: expected an object" },
+    { "{\"technique\": {\"options\": {\"blend\": 3}}}", "technique: the technique's name is missing" },
+    { "{\"technique\": {\"nmae\": \"raycast\"}}", "technique.nmae: there is no such key" },
+    { "{\"technique\": {\"name\": \"a name that is far longer than any technique's\"}}", "technique.name: " },
+    { "{\"technique\": {\"name\": \"slices2d\", \"options\": [1]}}", "technique.options: expected an object" },
+    { "{\"technique\": {\"name\": \"slices2d\", \"options\": {\"blend\": {}}}}", "technique.options.blend: " },
     { "{\"background\": [0,0,0], \"background\": [0,0,0]}", "uplicate" },
     { "{\"background\": [1e999,0,0]}", "" },
     { "{\"a\": \"\xff\"}", "" },

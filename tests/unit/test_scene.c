@@ -57,6 +57,9 @@ static const char *damage(struct pel_scene *s, struct pel_volume *v, int fault)
     case 24: return s->render.mode = PEL_MODE_SLICE, s->slice.origin[0] = NAN, "a slice at NaN";
     case 25: return s->render.classification = (enum pel_classification)3, "an unknown classification";
     case 26: return s->clip_plane_count = PEL_MAX_CLIP_PLANES + 1, "too many clip planes";
+    case 27: return s->more_slice_count = PEL_MAX_SLICES, "too many slices";
+    case 28: return s->more_slice_count = -1, "-1 further slices";
+    case 29: return s->render.mode = PEL_MODE_SLICE, s->more_slice_count = 1, "a second slice without normal";
     default: return NULL;
     }
 }

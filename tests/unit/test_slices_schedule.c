@@ -10,21 +10,21 @@
 #include "../../src/render/slices2d/slices2d_schedule.h"
 
 #define VOXELS 257
-static const struct pel_slices_quality best = { 4, 1, 4 };
+static const struct pel_slices2d_quality best = { 4, 1, 4 };
 
 /* What a frame would cost: less with more slices a polygon, but for 8. */
-static double frame_ms(const struct pel_slices_quality *q, double scale)
+static double frame_ms(const struct pel_slices2d_quality *q, double scale)
 {
     const double each = q->slices_per_polygon == 1 ? 1 : q->slices_per_polygon == 2 ? 0.6 : q->slices_per_polygon == 4 ? 0.4 : 0.5;
-    return pel_slices_scheduled(q, VOXELS) * each * scale;
+    return pel_slices2d_scheduled(q, VOXELS) * each * scale;
 }
 
-static struct pel_slices_quality run(struct pel_slices_scheduler *s, int frames, double budget, double scale)
+static struct pel_slices2d_quality run(struct pel_slices2d_scheduler *s, int frames, double budget, double scale)
 {
-    struct pel_slices_quality q = best;
+    struct pel_slices2d_quality q = best;
     for (int i = 0; i < frames; i++) {
-        q = pel_slices_schedule(s, true, budget, VOXELS, &best);
-        pel_slices_measured(s, &q, VOXELS, frame_ms(&q, scale));
+        q = pel_slices2d_schedule(s, true, budget, VOXELS, &best);
+        pel_slices2d_measured(s, &q, VOXELS, frame_ms(&q, scale));
     }
     return q;
 }
@@ -32,21 +32,21 @@ static struct pel_slices_quality run(struct pel_slices_scheduler *s, int frames,
 static void test_counts(void **state)
 {
     (void)state;
-    assert_int_equal(pel_slices_scheduled(&(struct pel_slices_quality) { 1, 1, 1 }, VOXELS), 257);
-    assert_int_equal(pel_slices_scheduled(&(struct pel_slices_quality) { 4, 1, 1 }, VOXELS), 1025);
-    assert_int_equal(pel_slices_scheduled(&(struct pel_slices_quality) { 1, 2, 1 }, VOXELS), 129);
-    assert_int_equal(pel_slices_scheduled(&(struct pel_slices_quality) { 1, 8, 1 }, 10), 3);
-    assert_int_equal(pel_slices_scheduled(&(struct pel_slices_quality) { 10, 1, 1 }, 1), 1);
+    assert_int_equal(pel_slices2d_scheduled(&(struct pel_slices2d_quality) { 1, 1, 1 }, VOXELS), 257);
+    assert_int_equal(pel_slices2d_scheduled(&(struct pel_slices2d_quality) { 4, 1, 1 }, VOXELS), 1025);
+    assert_int_equal(pel_slices2d_scheduled(&(struct pel_slices2d_quality) { 1, 2, 1 }, VOXELS), 129);
+    assert_int_equal(pel_slices2d_scheduled(&(struct pel_slices2d_quality) { 1, 8, 1 }, 10), 3);
+    assert_int_equal(pel_slices2d_scheduled(&(struct pel_slices2d_quality) { 10, 1, 1 }, 1), 1);
 }
 
 static void test_nothing_known(void **state)
 {
     (void)state;
-    const struct pel_slices_scheduler s = { { 0 } };
-    struct pel_slices_quality q = pel_slices_schedule(&s, false, 10, VOXELS, &best);
+    const struct pel_slices2d_scheduler s = { { 0 } };
+    struct pel_slices2d_quality q = pel_slices2d_schedule(&s, false, 10, VOXELS, &best);
     assert_int_equal(q.supersampling, 4);
     assert_int_equal(q.slices_per_polygon, 4);
-    q = pel_slices_schedule(&s, true, 10, VOXELS, &best);
+    q = pel_slices2d_schedule(&s, true, 10, VOXELS, &best);
     assert_int_equal(q.slices_per_polygon, 8); /* tried first */
 }
 
@@ -55,9 +55,9 @@ static void test_budget(void **state)
 {
     (void)state;
     for (double scale = 0.01; scale < 3; scale *= 2) {
-        struct pel_slices_scheduler s = { { 0 } };
+        struct pel_slices2d_scheduler s = { { 0 } };
         const double budget = 60;
-        struct pel_slices_quality q = run(&s, 10, budget, scale), finer = q;
+        struct pel_slices2d_quality q = run(&s, 10, budget, scale), finer = q;
         assert_int_equal(q.slices_per_polygon, 4);
         assert_true(frame_ms(&q, scale) <= budget || (q.supersampling == 1 && q.every == 8));
         if (q.every > 1)
@@ -71,10 +71,10 @@ static void test_budget(void **state)
 static void test_rest_is_best(void **state)
 {
     (void)state;
-    struct pel_slices_scheduler s = { { 0 } };
-    struct pel_slices_quality q = run(&s, 10, 1, 1);
+    struct pel_slices2d_scheduler s = { { 0 } };
+    struct pel_slices2d_quality q = run(&s, 10, 1, 1);
     assert_int_equal(q.every, 8);
-    q = pel_slices_schedule(&s, false, 1, VOXELS, &best);
+    q = pel_slices2d_schedule(&s, false, 1, VOXELS, &best);
     assert_int_equal(q.supersampling, best.supersampling);
     assert_int_equal(q.every, best.every);
     assert_int_equal(q.slices_per_polygon, 4);
@@ -84,9 +84,9 @@ static void test_rest_is_best(void **state)
 static void test_change_of_cost(void **state)
 {
     (void)state;
-    struct pel_slices_scheduler s = { { 0 } };
+    struct pel_slices2d_scheduler s = { { 0 } };
     run(&s, 10, 60, 0.1);
-    struct pel_slices_quality q = run(&s, 12, 60, 1);
+    struct pel_slices2d_quality q = run(&s, 12, 60, 1);
     assert_true(frame_ms(&q, 1) <= 60);
     q = run(&s, 12, 60, 0.01);
     assert_int_equal(q.supersampling, best.supersampling);

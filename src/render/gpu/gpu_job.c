@@ -19,15 +19,15 @@ struct job {
     float to_world[3][4], normal[3][4], metric[2][4];
     int32_t counts[4];
     float light_direction[4][4], light_diffuse[4][4], light_specular[4][4];
-    float range[4], slice_plane[4];
+    float range[4], slice_planes[PEL_MAX_SLICES][4];
     float iso[PEL_MAX_ISOSURFACES][4], iso_color[PEL_MAX_ISOSURFACES][4];
     int32_t brick[4], brick_size[4], first_cell[4];
     float own_lo[4], own_hi[4];
 };
 
 /* What job.glsl writes as numbers; the block's size there is held to this one by check_shaders.py. */
-_Static_assert(PEL_MAX_CLIP_PLANES + 6 == 12 && PEL_MAX_LIGHTS == 4 && PEL_MAX_ISOSURFACES == 16, "job.glsl");
-enum { JOB_BYTES = 1488 };
+_Static_assert(PEL_MAX_CLIP_PLANES + 6 == 12 && PEL_MAX_LIGHTS == 4 && PEL_MAX_ISOSURFACES == 16 && PEL_MAX_SLICES == 8, "job.glsl");
+enum { JOB_BYTES = 1600 };
 _Static_assert(sizeof(struct job) == JOB_BYTES, "job.glsl");
 
 /* The look-up table's texture (transfer.glsl): rows of 4096 entries, five for the same entries. */
@@ -51,8 +51,10 @@ static void fill_rays(struct job *to, const struct pel_job *job)
     for (int i = 0; i < job->plane_count; i++)
         for (int j = 0; j < 4; j++)
             to->planes[i][j] = (float)job->planes[i][j];
-    for (int j = 0; j < 4; j++)
-        to->slice_plane[j] = (float)job->slice_plane[j];
+    to->counts[3] = job->slice_count;
+    for (int i = 0; i < job->slice_count; i++)
+        for (int j = 0; j < 4; j++)
+            to->slice_planes[i][j] = (float)job->slice_planes[i][j];
 }
 
 static void fill_optics(struct job *to, const struct pel_job *job)

@@ -226,15 +226,20 @@ static void whole_picture(const struct pel_image *image, int tiles[4])
     tiles[3] = (image->height - 1) / TILE + 1;
 }
 
-/* Does the slice's plane meet the brick? */
+/* Does any of the slices' planes meet the brick? */
 static bool meets_slice(const struct pel_job *job, const double lo[3], const double hi[3])
 {
-    double least = job->slice_plane[3], most = job->slice_plane[3];
-    for (int a = 0; a < 3; a++) {
-        least += fmin(job->slice_plane[a] * lo[a], job->slice_plane[a] * hi[a]);
-        most += fmax(job->slice_plane[a] * lo[a], job->slice_plane[a] * hi[a]);
+    bool meets = false;
+    for (int i = 0; i < job->slice_count; i++) {
+        const double *plane = job->slice_planes[i];
+        double least = plane[3], most = plane[3];
+        for (int a = 0; a < 3; a++) {
+            least += fmin(plane[a] * lo[a], plane[a] * hi[a]);
+            most += fmax(plane[a] * lo[a], plane[a] * hi[a]);
+        }
+        meets |= least <= 0 && most >= 0;
     }
-    return least <= 0 && most >= 0;
+    return meets;
 }
 
 /* The tiles of the picture that a brick's samples can fall on; false: none. */

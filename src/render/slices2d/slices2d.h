@@ -5,24 +5,24 @@
 
 #include "shear_factor.h"
 
-enum pel_slices_correction { PEL_CORRECTION_EXACT, PEL_CORRECTION_LINEAR };
-enum pel_slices_coordinates { PEL_COORDINATES_CORRECTED, PEL_COORDINATES_SHARED };
-enum pel_slices_surface { PEL_SURFACE_CROSSING, PEL_SURFACE_ALPHA_TEST };
-enum pel_slices_lighting { PEL_LIGHTING_SCENE, PEL_LIGHTING_GLOBAL, PEL_LIGHTING_VOXEL };
+enum pel_slices2d_correction { PEL_CORRECTION_EXACT, PEL_CORRECTION_LINEAR };
+enum pel_slices2d_coordinates { PEL_COORDINATES_CORRECTED, PEL_COORDINATES_SHARED };
+enum pel_slices2d_surface { PEL_SURFACE_CROSSING, PEL_SURFACE_ALPHA_TEST };
+enum pel_slices2d_lighting { PEL_LIGHTING_SCENE, PEL_LIGHTING_GLOBAL, PEL_LIGHTING_VOXEL };
 
 struct pel_slices2d_options {
     int supersampling;
-    enum pel_slices_correction correction;
+    enum pel_slices2d_correction correction;
     /* The CPU engine's. */
     enum pel_intermediate intermediate;
     double rays;
     /* The GPU engine's. */
     int every;              /* a slice for so many slices of voxels */
     int slices_per_polygon; /* index into 1, 2, 4, 8 */
-    enum pel_slices_coordinates coordinates;
+    enum pel_slices2d_coordinates coordinates;
     double blend; /* degrees */
-    enum pel_slices_surface surface;
-    enum pel_slices_lighting lighting;
+    enum pel_slices2d_surface surface;
+    enum pel_slices2d_lighting lighting;
     double ambient_color[4];
 };
 

@@ -15,6 +15,7 @@
 #include "slices2d.h"
 #include "slices2d_polygons.h"
 #include "timer.h"
+#include "vec.h"
 
 enum { UNIT_SO_FAR = 5, BLOCK_SLICES = 1, IMAGE_PICTURE = 0, IMAGE_DEPTH = 1 };
 enum { UNIFORM_FIRST = 0, UNIFORM_WEIGHT = 0 };
@@ -28,7 +29,7 @@ struct pel_gpu_slices2d {
     struct pel_minmax minmax;
     struct pel_classification_state state;
     struct pel_job job;
-    struct pel_slices_part parts[PEL_SHEAR_PARTS];
+    struct pel_slices2d_part parts[PEL_SHEAR_PARTS];
     int part_count;
     struct pel_texture entries, picture, layer, depth;
     struct pel_target target;
@@ -115,16 +116,20 @@ static bool classify(struct pel_gpu_slices2d *s, const struct pel_frame *frame, 
     return true;
 }
 
-/* Section 9's strips are fewest in the stack that the plane is most along. */
-static void choose_stack_of_plane(struct pel_gpu_slices2d *s)
+/* Section 9's strips are fewest in the stack that the planes are most along. */
+static void choose_stack_of_planes(struct pel_gpu_slices2d *s)
 {
-    struct pel_slices_part *part = &s->parts[0];
-    const double *plane = s->job.slice_plane;
+    double along[3] = { 0 };
     int axis = 0;
+    for (int i = 0; i < s->job.slice_count; i++) {
+        const double *plane = s->job.slice_planes[i], length = pel_length(plane);
+        for (int a = 0; a < 3; a++)
+            along[a] += fabs(plane[a]) / length;
+    }
     for (int a = 1; a < 3; a++)
-        if (fabs(plane[a]) > fabs(plane[axis]))
+        if (along[a] > along[axis])
             axis = a;
-    *part = (struct pel_slices_part) { axis, 1, false, 1 };
+    s->parts[0] = (struct pel_slices2d_part) { axis, 1, false, 1 };
     s->part_count = 1;
 }
 
@@ -162,9 +167,9 @@ bool pel_gpu_slices2d_prepare(struct pel_gpu_slices2d *s, const struct pel_frame
         return false;
     pel_rays_setup(&s->job, scene, frame->jitter, frame->image->width, frame->image->height);
     if (scene->render.mode == PEL_MODE_SLICE)
-        choose_stack_of_plane(s);
+        choose_stack_of_planes(s);
     else
-        s->part_count = pel_slices_parts(&s->job, !scene->camera.parallel, o->blend, s->parts);
+        s->part_count = pel_slices2d_parts(&s->job, !scene->camera.parallel, o->blend, s->parts);
     return send_stacks(s, frame, error);
 }
 
@@ -175,11 +180,11 @@ struct drawing {
     struct pel_gpu_slices2d *s;
     const struct pel_frame *frame;
     const struct pel_slices2d_options *options;
-    struct pel_slices_layout layout;
+    struct pel_slices2d_layout layout;
     bool perspective, depth;
 };
 
-static GLuint program(const struct drawing *d, const struct pel_slices_part *part, bool depth, struct pel_error *error)
+static GLuint program(const struct drawing *d, const struct pel_slices2d_part *part, bool depth, struct pel_error *error)
 {
     static const char *const fragments[] = { [PEL_MODE_COMPOSITE] = "slices2d_composite_fragment.glsl",
                                              [PEL_MODE_ISOSURFACE] = "slices2d_isosurface_fragment.glsl",
@@ -214,7 +219,7 @@ static GLuint program(const struct drawing *d, const struct pel_slices_part *par
                                      defines, error);
 }
 
-static bool send_blocks(const struct drawing *d, const struct pel_slices_part *part, int *polygons, struct pel_error *error)
+static bool send_blocks(const struct drawing *d, const struct pel_slices2d_part *part, int *polygons, struct pel_error *error)
 {
     struct pel_gpu_slices2d *s = d->s;
     struct pel_gpu_box box = { .last = { 1 << 28, 1 << 28, 1 << 28 } };
@@ -223,8 +228,8 @@ static bool send_blocks(const struct drawing *d, const struct pel_slices_part *p
         box.cells[a] = s->job.cell_dims[a];
     }
     const struct pel_gpu_job job = { .job = &s->job, .scene = d->frame->scene, .format = &s->format, .box = &box };
-    struct pel_slices_block block;
-    *polygons = pel_slices_lay(&s->job, d->perspective, part, &d->layout, &block);
+    struct pel_slices2d_block block;
+    *polygons = pel_slices2d_lay(&s->job, d->perspective, part, &d->layout, &block);
     for (int c = 0; c < 3; c++)
         block.ambient[c] = (float)d->options->ambient_color[c];
     if (!pel_gpu_job_send(s->device, &job, &s->block, error) || !pel_buffer_fill(s->device, &s->slices_block, &block, sizeof block, error))
@@ -256,13 +261,13 @@ static void draw_polygons(const struct drawing *d, const struct pel_texture *col
     }
 }
 
-static bool draw_slices(const struct drawing *d, const struct pel_slices_part *part, const struct pel_texture *color, bool depth,
+static bool draw_slices(const struct drawing *d, const struct pel_slices2d_part *part, const struct pel_texture *color, bool depth,
                         int polygons, struct pel_error *error)
 {
     struct pel_gpu_slices2d *s = d->s;
     uint32_t(*seen)[2] = pel_alloc_aligned((size_t)polygons, sizeof *seen, "polygons", error);
     bool all = !d->frame->scene->render.skip || !s->state.map_bytes;
-    int count = seen ? pel_slices_seen(&s->job, part, &d->layout, polygons, all, seen, error) : -1;
+    int count = seen ? pel_slices2d_seen(&s->job, part, &d->layout, polygons, all, seen, error) : -1;
     bool ok = count >= 0 && pel_buffer_fill(s->device, &s->seen, seen, (size_t)polygons * sizeof *seen, error) &&
               pel_array_bind(s->device, &s->polygons_array, PEL_ARRAY_PAIRS, &s->seen, error);
     if (ok) {
@@ -274,24 +279,33 @@ static bool draw_slices(const struct drawing *d, const struct pel_slices_part *p
     return ok;
 }
 
-static bool draw_strips(const struct drawing *d, const struct pel_slices_part *part, bool depth, struct pel_error *error)
+/* From front to back, by one call. With depth a call for each piece of a plane, since it asks whether a nearer one is to be seen. */
+static bool draw_strips(const struct drawing *d, const struct pel_slices2d_part *part, const struct pel_texture *color, bool depth,
+                        struct pel_error *error)
 {
     struct pel_gpu_slices2d *s = d->s;
-    float(*corners)[4];
-    int count = pel_slices_strips(&s->job, part->axis, &corners, error);
-    bool ok = count >= 0;
-    if (depth)
+    struct pel_slices2d_strips strips;
+    if (!pel_slices2d_strips(&s->job, d->perspective, part->axis, &strips, error))
+        return false;
+    size_t bytes = (size_t)strips.count * sizeof *strips.corners;
+    bool ok = bytes == 0 || (pel_buffer_fill(s->device, &s->corners, strips.corners, bytes, error) &&
+                             pel_array_bind(s->device, &s->strips_array, PEL_ARRAY_CORNERS, &s->corners, error));
+    if (ok && depth) {
+        glBindTextureUnit(UNIT_SO_FAR, color->name);
         glBindImageTexture(IMAGE_DEPTH, s->depth.name, 0, GL_FALSE, 0, GL_WRITE_ONLY, GL_R32F);
-    if (count > 0 && (ok = pel_buffer_fill(s->device, &s->corners, corners, (size_t)count * sizeof *corners, error) &&
-                           pel_array_bind(s->device, &s->strips_array, PEL_ARRAY_CORNERS, &s->corners, error))) {
-        glDrawArrays(GL_TRIANGLES, 0, count);
-        s->polygons += (uint64_t)(count / 3);
+        for (int i = 0, from = 0; i < strips.pieces; from = strips.ends[i++]) {
+            glDrawArrays(GL_TRIANGLES, from, strips.ends[i] - from);
+            glTextureBarrier();
+        }
+    } else if (ok && strips.count > 0) {
+        glDrawArrays(GL_TRIANGLES, 0, strips.count);
     }
-    free(corners);
+    s->polygons += (uint64_t)(strips.count / 3);
+    pel_slices2d_strips_finish(&strips);
     return ok;
 }
 
-static bool draw_part(const struct drawing *d, const struct pel_slices_part *part, const struct pel_texture *color, bool depth,
+static bool draw_part(const struct drawing *d, const struct pel_slices2d_part *part, const struct pel_texture *color, bool depth,
                       struct pel_error *error)
 {
     const struct pel_pass pass = { .color_write = true, .blending = PEL_BLEND_BEHIND };
@@ -302,11 +316,11 @@ static bool draw_part(const struct drawing *d, const struct pel_slices_part *par
         return false;
     glUseProgram(name);
     pel_pass_begin(&s->target, &pass, s->job.width, s->job.height);
-    return s->job.mode == PEL_MODE_SLICE ? draw_strips(d, part, depth, error) : draw_slices(d, part, color, depth, polygons, error);
+    return s->job.mode == PEL_MODE_SLICE ? draw_strips(d, part, color, depth, error) : draw_slices(d, part, color, depth, polygons, error);
 }
 
 /* Adds a stack's picture to the others', by its weight. */
-static bool blend_in(const struct drawing *d, const struct pel_slices_part *part, struct pel_error *error)
+static bool blend_in(const struct drawing *d, const struct pel_slices2d_part *part, struct pel_error *error)
 {
     struct pel_gpu_slices2d *s = d->s;
     GLuint name = pel_programs_find(s->device, &s->programs, "slices2d_blend.glsl", "", error);
@@ -327,7 +341,7 @@ static bool draw_parts(const struct drawing *d, struct pel_error *error)
     const float nothing[4] = { 0 };
     const bool blended = s->part_count > 1 && !s->parts[0].split;
     for (int i = 0; i < s->part_count; i++) {
-        const struct pel_slices_part *part = &s->parts[i];
+        const struct pel_slices2d_part *part = &s->parts[i];
         if (blended)
             glClearTexImage(s->layer.name, 0, GL_RGBA, GL_FLOAT, nothing);
         if (!draw_part(d, part, blended ? &s->layer : &s->picture, d->depth && (i == 0 || !blended), error) ||

@@ -9,42 +9,17 @@
 #include "slices2d_schedule.h"
 #include "vec.h"
 
-#define DEGREES (180 / 3.14159265358979323846)
-
 /* Index axes of stack space (slices2d_space.glsl). */
 static const int axes[3][3] = { { 1, 2, 0 }, { 0, 2, 1 }, { 0, 1, 2 } };
 
-/* Shares of the axes by how far the view's direction is from the switches between them. */
-static void weigh(const struct pel_job *job, double blend, double weights[3])
+int pel_slices2d_parts(const struct pel_job *job, bool perspective, double blend, struct pel_slices2d_part parts[PEL_SHEAR_PARTS])
 {
-    double d[3], sum = 0;
-    for (int a = 0; a < 3; a++)
-        d[a] = fabs(job->d0[a] + job->dx[a] * (job->width - 1) / 2 + job->dy[a] * (job->height - 1) / 2);
-    pel_normalize(d);
-    for (int a = 0; a < 3; a++) {
-        double other = fmax(d[(a + 1) % 3], d[(a + 2) % 3]);
-        weights[a] = fmin(fmax(0.5 + asin((d[a] - other) / sqrt(2)) * DEGREES / blend, 0), 1);
-        sum += weights[a];
-    }
-    for (int a = 0; a < 3; a++)
-        weights[a] /= sum;
-}
-
-int pel_slices_parts(const struct pel_job *job, bool perspective, double blend, struct pel_slices_part parts[PEL_SHEAR_PARTS])
-{
-    int which[PEL_SHEAR_PARTS], count = pel_shear_parts(job, perspective, which);
+    int which[PEL_SHEAR_PARTS];
+    double weights[PEL_SHEAR_PARTS];
+    bool split;
+    int count = pel_shear_parts_blended(job, perspective, blend, which, weights, &split);
     for (int i = 0; i < count; i++)
-        parts[i] = (struct pel_slices_part) { which[i] / 2, which[i] % 2 ? -1 : 1, count > 1, 1 };
-    if (count > 1 || blend <= 0)
-        return count;
-    double weights[3];
-    weigh(job, blend, weights);
-    parts[0].weight = weights[parts[0].axis];
-    for (int a = 0; a < 3; a++) {
-        double d = job->d0[a] + job->dx[a] * (job->width - 1) / 2 + job->dy[a] * (job->height - 1) / 2;
-        if (a != parts[0].axis && weights[a] > 0)
-            parts[count++] = (struct pel_slices_part) { a, d < 0 ? -1 : 1, false, weights[a] };
-    }
+        parts[i] = (struct pel_slices2d_part) { which[i] / 2, which[i] % 2 ? -1 : 1, split, weights[i] };
     return count;
 }
 
@@ -76,31 +51,31 @@ static void picture_matrix(const struct pel_job *job, bool perspective, const in
     }
 }
 
-static double first_slice_at(const struct pel_job *job, const struct pel_slices_part *part)
+static double first_slice_at(const struct pel_job *job, const struct pel_slices2d_part *part)
 {
     return part->sign > 0 ? 0 : job->dims[part->axis] - 1;
 }
 
 /* Slices of voxels from slice to slice; there is nothing between a single one and the next. */
-static double spacing_of(const struct pel_job *job, const struct pel_slices_part *part, const struct pel_slices_layout *layout)
+static double spacing_of(const struct pel_job *job, const struct pel_slices2d_part *part, const struct pel_slices2d_layout *layout)
 {
     return job->dims[part->axis] > 1 ? (double)layout->every / layout->supersampling : 1;
 }
 
-static int slices_of(const struct pel_job *job, const struct pel_slices_part *part, const struct pel_slices_layout *layout)
+static int slices_of(const struct pel_job *job, const struct pel_slices2d_part *part, const struct pel_slices2d_layout *layout)
 {
-    const struct pel_slices_quality quality = { layout->supersampling, layout->every, layout->each };
-    return pel_slices_scheduled(&quality, job->dims[part->axis]);
+    const struct pel_slices2d_quality quality = { layout->supersampling, layout->every, layout->each };
+    return pel_slices2d_scheduled(&quality, job->dims[part->axis]);
 }
 
 /* Number of the first slice: a single slice of voxels has a stretch before it, too. */
-static int base_of(const struct pel_job *job, const struct pel_slices_part *part, const struct pel_slices_layout *layout)
+static int base_of(const struct pel_job *job, const struct pel_slices2d_part *part, const struct pel_slices2d_layout *layout)
 {
     return layout->surfaces && job->dims[part->axis] == 1 ? -1 : 0;
 }
 
-int pel_slices_lay(const struct pel_job *job, bool perspective, const struct pel_slices_part *part, const struct pel_slices_layout *layout,
-                   struct pel_slices_block *block)
+int pel_slices2d_lay(const struct pel_job *job, bool perspective, const struct pel_slices2d_part *part,
+                     const struct pel_slices2d_layout *layout, struct pel_slices2d_block *block)
 {
     const int c = part->axis, *axis = axes[c], count = slices_of(job, part, layout), base = base_of(job, part, layout);
     const double step = part->sign * spacing_of(job, part, layout), first = first_slice_at(job, part);
@@ -108,7 +83,7 @@ int pel_slices_lay(const struct pel_job *job, bool perspective, const struct pel
     where_eye_is(job, eye);
     for (int a = 0; a < 3; a++)
         pixel = fmax(pixel, fabs(job->px[a]) + fabs(job->py[a]));
-    *block = (struct pel_slices_block) {
+    *block = (struct pel_slices2d_block) {
         .stack = { (float)first, (float)step, perspective ? (float)((eye[c] - first) / step) : -1e9f, (float)count },
         .polygons = { layout->each, base, part->split, part->sign < 0 },
         .rules = { (float)(0.5 + 4 * pixel), perspective, layout->surfaces ? 0 : 0.5f, layout->surfaces ? 1 : 0.5f },
@@ -151,8 +126,8 @@ static void layer_extents(const struct pel_job *job, const int axis[3], bool all
 }
 
 /* The layers of cells that a polygon's slices read. */
-static void layers_of(const struct pel_job *job, const struct pel_slices_part *part, const struct pel_slices_layout *layout, int polygon,
-                      int layers[2])
+static void layers_of(const struct pel_job *job, const struct pel_slices2d_part *part, const struct pel_slices2d_layout *layout,
+                      int polygon, int layers[2])
 {
     const int last = job->cell_dims[part->axis] - 1;
     double m = base_of(job, part, layout) + polygon * layout->each, end = m + layout->each - (layout->surfaces ? 0 : 1), k[2];
@@ -164,8 +139,8 @@ static void layers_of(const struct pel_job *job, const struct pel_slices_part *p
     }
 }
 
-int pel_slices_seen(const struct pel_job *job, const struct pel_slices_part *part, const struct pel_slices_layout *layout, int polygons,
-                    bool all, uint32_t (*seen)[2], struct pel_error *error)
+int pel_slices2d_seen(const struct pel_job *job, const struct pel_slices2d_part *part, const struct pel_slices2d_layout *layout,
+                      int polygons, bool all, uint32_t (*seen)[2], struct pel_error *error)
 {
     const int *axis = axes[part->axis];
     struct extent *extents = pel_alloc((size_t)job->cell_dims[axis[2]], sizeof *extents, "layers of cells", error);

@@ -12,20 +12,20 @@ static int index_of(int slices_per_polygon)
     return i;
 }
 
-int pel_slices_scheduled(const struct pel_slices_quality *q, int voxels)
+int pel_slices2d_scheduled(const struct pel_slices2d_quality *q, int voxels)
 {
     return voxels > 1 ? ((voxels - 1) * q->supersampling + q->every - 1) / q->every + 1 : 1;
 }
 
-void pel_slices_measured(struct pel_slices_scheduler *s, const struct pel_slices_quality *q, int voxels, double ms)
+void pel_slices2d_measured(struct pel_slices2d_scheduler *s, const struct pel_slices2d_quality *q, int voxels, double ms)
 {
-    double *known = &s->ms_per_slice[index_of(q->slices_per_polygon)], cost = ms / pel_slices_scheduled(q, voxels);
+    double *known = &s->ms_per_slice[index_of(q->slices_per_polygon)], cost = ms / pel_slices2d_scheduled(q, voxels);
     if (cost > 0)
         *known = *known > 0 ? 0.5 * (*known + cost) : cost; /* half of what was, so that one slow frame does not decide */
 }
 
 /* The cheapest number of slices a polygon that is known, or -1. */
-static int cheapest(const struct pel_slices_scheduler *s)
+static int cheapest(const struct pel_slices2d_scheduler *s)
 {
     int best = -1;
     for (int i = 0; i < SIZES; i++)
@@ -35,7 +35,7 @@ static int cheapest(const struct pel_slices_scheduler *s)
 }
 
 /* The largest that was not tried: it is most likely to cost least. */
-static int untried(const struct pel_slices_scheduler *s)
+static int untried(const struct pel_slices2d_scheduler *s)
 {
     for (int i = SIZES - 1; i > 0; i--)
         if (!(s->ms_per_slice[i] > 0))
@@ -44,7 +44,7 @@ static int untried(const struct pel_slices_scheduler *s)
 }
 
 /* One step coarser; false where there is none. */
-static bool coarsen(struct pel_slices_quality *q)
+static bool coarsen(struct pel_slices2d_quality *q)
 {
     if (q->supersampling > 1)
         q->supersampling--;
@@ -55,16 +55,16 @@ static bool coarsen(struct pel_slices_quality *q)
     return true;
 }
 
-struct pel_slices_quality pel_slices_schedule(const struct pel_slices_scheduler *s, bool interacting, double budget_ms, int voxels,
-                                              const struct pel_slices_quality *best)
+struct pel_slices2d_quality pel_slices2d_schedule(const struct pel_slices2d_scheduler *s, bool interacting, double budget_ms,
+                                                  int voxels, const struct pel_slices2d_quality *best)
 {
-    struct pel_slices_quality q = *best;
+    struct pel_slices2d_quality q = *best;
     const int known = cheapest(s), next = untried(s);
     if (known >= 0)
         q.slices_per_polygon = 1 << known;
     if (!interacting)
         return q;
-    while (known >= 0 && pel_slices_scheduled(&q, voxels) * s->ms_per_slice[known] > budget_ms && coarsen(&q))
+    while (known >= 0 && pel_slices2d_scheduled(&q, voxels) * s->ms_per_slice[known] > budget_ms && coarsen(&q))
         continue;
     if (next >= 0)
         q.slices_per_polygon = 1 << next;

@@ -7,26 +7,26 @@
 #include <stdbool.h>
 
 /* How a frame is drawn: options of slices2d. */
-struct pel_slices_quality {
+struct pel_slices2d_quality {
     int supersampling;      /* 1..10 */
     int every;              /* one slice for so many slices of voxels: 1, 2, 4, 8 */
     int slices_per_polygon; /* 1, 2, 4, 8 */
 };
 
-struct pel_slices_scheduler {
+struct pel_slices2d_scheduler {
     double ms_per_slice[4]; /* with 1, 2, 4 and 8 slices a polygon; 0: not measured yet. Zeroed to begin with */
 };
 
 /* Slices of a frame of that quality, where `voxels` slices of voxels lie along the view. */
-int pel_slices_scheduled(const struct pel_slices_quality *quality, int voxels);
+int pel_slices2d_scheduled(const struct pel_slices2d_quality *quality, int voxels);
 
 /* Takes in what a frame cost; a change of scene or size shows after some frames. */
-void pel_slices_measured(struct pel_slices_scheduler *scheduler, const struct pel_slices_quality *quality, int voxels, double ms);
+void pel_slices2d_measured(struct pel_slices2d_scheduler *scheduler, const struct pel_slices2d_quality *quality, int voxels, double ms);
 
 /* The next frame's quality. At rest: `best`, with the number of slices a polygon that costs least. Under interaction: the finest sampling,
  * at most the best, whose frame stays within the budget as far as is known; numbers of slices a polygon that were not tried yet are tried.
  */
-struct pel_slices_quality pel_slices_schedule(const struct pel_slices_scheduler *scheduler, bool interacting, double budget_ms, int voxels,
-                                              const struct pel_slices_quality *best);
+struct pel_slices2d_quality pel_slices2d_schedule(const struct pel_slices2d_scheduler *scheduler, bool interacting, double budget_ms,
+                                                  int voxels, const struct pel_slices2d_quality *best);
 
 #endif

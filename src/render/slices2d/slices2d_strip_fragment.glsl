@@ -7,9 +7,11 @@
 #include "slices2d_space.glsl"
 #include "slices2d_stack.glsl"
 #include "transfer.glsl"
-layout(location = 0) flat in int slice;
+#include "plane_place.glsl"
+layout(location = 0) flat in ivec2 strip; // the slice of voxels before it, its plane
 layout(location = 0) out vec4 color;
 #ifdef DEPTH
+layout(binding = 5) uniform sampler2D so_far; // the picture that the planes before this one left
 layout(r32f, binding = 1) writeonly uniform image2D depth;
 #endif
 
@@ -19,23 +21,21 @@ void main()
     result = vec4(0.0);
     if (!ray_of(ivec2(gl_FragCoord.xy), r))
         discard;
-    float from = dot(job.slice_plane.xyz, r.o) + job.slice_plane.w, along = dot(job.slice_plane.xyz, r.d), length = float(r.n - 1) + r.fraction;
-    float at = -from / along;
-    if (abs(along) <= 1e-9 * job.ray.z || at < -1e-4 || at > length + 1e-4)
+    float at = plane_place(r, strip.y);
+    if (at < 0.0)
         discard;
-    at = clamp(at, 0.0, length);
     vec3 place = clamp((r.o + at * r.d).TO_STACK, vec3(0.0), vec3(job.dims.xyz.TO_STACK - 1));
 #ifdef NEAREST
     float raw = voxel(nearest_voxel(place));
 #else
-    float raw = intermediate(place.xy, slice, clamp(place.z - float(slice), 0.0, 1.0));
+    float raw = intermediate(place.xy, strip.x, clamp(place.z - float(strip.x), 0.0, 1.0));
 #endif
     if (isnan(raw))
         discard;
     show_value(raw, 0.0);
     color = result;
 #ifdef DEPTH
-    if (color.a > 0.0)
+    if (color.a > 0.0 && !(texelFetch(so_far, ivec2(gl_FragCoord.xy), 0).a > 0.0))
         imageStore(depth, ivec2(gl_FragCoord.xy), vec4(r.entry + at * job.ray.z));
 #endif
 }

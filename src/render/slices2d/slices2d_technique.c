@@ -39,7 +39,7 @@ static const struct pel_option options[] = {
     { "texture-coordinates", "Texture coordinates",
       "Of several slices on a polygon (GPU): corrected for where each lies, or shared, which shows them displaced", PEL_OPTION_CHOICE,
       AT(coordinates), 0, 0, "corrected", coordinates, NULL },
-    { "blend", "Blend", "Within how many degrees about the switch from one stack to another both are drawn and blended (GPU)",
+    { "blend", "Blend", "Within how many degrees about the switch from one stack to another both are drawn and blended",
       PEL_OPTION_DOUBLE, AT(blend), 0, 45, "0", NULL, "degrees" },
     { "surface", "Surface",
       "What of a slice an isosurface is (GPU): where the value crosses the isovalue to the next, or what passes the paper's alpha test",
@@ -67,9 +67,9 @@ static bool check_cpu(const struct pel_scene *scene, const struct pel_slices2d_o
     if (scene->render.classification != PEL_CLASSIFICATION_POST)
         return pel_fail(error, PEL_ERROR_ARGUMENT,
                         "slices2d classifies after interpolation (post) alone on the CPU; use the technique raycast");
-    if (o->every > 1 || o->blend > 0 || o->lighting != PEL_LIGHTING_SCENE || o->coordinates != PEL_COORDINATES_CORRECTED)
+    if (o->every > 1 || o->lighting != PEL_LIGHTING_SCENE || o->coordinates != PEL_COORDINATES_CORRECTED)
         return pel_fail(error, PEL_ERROR_ARGUMENT,
-                        "slices2d: slice-step, blend, lighting and texture-coordinates are the GPU engine's; use --device gpu");
+                        "slices2d: slice-step, lighting and texture-coordinates are the GPU engine's; use --device gpu");
     return true;
 }
 
@@ -92,7 +92,7 @@ static bool prepare_cpu(struct pel_shear_warp *sw, const struct pel_frame *frame
     } else if (changes & PEL_CHANGE_STEP && !pel_shear_warp_set_step(sw, frame->scene, error)) {
         return false;
     }
-    const struct pel_shear_settings settings = { o->supersampling, o->intermediate, o->rays };
+    const struct pel_shear_settings settings = { o->supersampling, o->intermediate, o->rays, o->blend };
     if (!pel_shear_warp_aim(sw, frame->scene, &settings, o->correction == PEL_CORRECTION_LINEAR, frame->image->width, frame->image->height,
                             error))
         return false;

@@ -40,24 +40,24 @@ static bool time_pass(struct pel_slices3d *s, pass *run, double *ms, struct pel_
 /* The frame as it was drawn. */
 static bool draw_culled(struct pel_slices3d *s, struct pel_error *error)
 {
-    return pel_slices_measure_stretches(s, s->options.cull, error) && pel_slices_init_z(s, s->options.cull, error) &&
-           pel_slices_draw(s, s->options.cull, s->options.slab, error);
+    return pel_slices3d_measure_stretches(s, s->options.cull, error) && pel_slices3d_init_z(s, s->options.cull, error) &&
+           pel_slices3d_draw_slices(s, s->options.cull, s->options.slab, error);
 }
 
 static bool count_all(struct pel_slices3d *s, struct pel_error *error)
 {
-    return pel_slices_count(s, PEL_CULL_NONE, &s->counters[3], error);
+    return pel_slices3d_count(s, PEL_CULL_NONE, &s->counters[3], error);
 }
 
 /* Against a z-buffer that lets nothing through. */
 static bool discard_all(struct pel_slices3d *s, struct pel_error *error)
 {
-    return pel_slices_count(s, PEL_CULL_ESS, &s->counters[3], error);
+    return pel_slices3d_count(s, PEL_CULL_ESS, &s->counters[3], error);
 }
 
 static bool draw_basic(struct pel_slices3d *s, struct pel_error *error)
 {
-    return pel_slices_draw(s, PEL_CULL_NONE, 0, error);
+    return pel_slices3d_draw_slices(s, PEL_CULL_NONE, 0, error);
 }
 
 static bool draw_two_passes(struct pel_slices3d *s, struct pel_error *error)
@@ -65,24 +65,24 @@ static bool draw_two_passes(struct pel_slices3d *s, struct pel_error *error)
     static const GLfloat back = 1;
     glDepthMask(GL_TRUE);
     glClearNamedFramebufferfv(s->target.name, GL_DEPTH, 0, &back);
-    return pel_slices_draw(s, PEL_CULL_NONE, 1, error);
+    return pel_slices3d_draw_slices(s, PEL_CULL_NONE, 1, error);
 }
 
 static bool measure(struct pel_slices3d *s, struct cost *c, struct pel_error *error)
 {
     double simple, discarded;
     const enum pel_cull cull = s->options.cull;
-    if (!time_pass(s, draw_culled, &c->culled, error) || !pel_slices_init_z(s, cull, error) ||
-        !pel_slices_count(s, cull, &s->counters[3], error))
+    if (!time_pass(s, draw_culled, &c->culled, error) || !pel_slices3d_init_z(s, cull, error) ||
+        !pel_slices3d_count(s, cull, &s->counters[3], error))
         return false;
     c->f_c2 = (double)pel_gpu_counter_value(&s->counters[3]);
-    if (!pel_slices_count_faces(s, false, &s->counters[3], error))
+    if (!pel_slices3d_count_faces(s, false, &s->counters[3], error))
         return false;
     c->f_t = (double)pel_gpu_counter_value(&s->counters[3]);
-    if (!pel_slices_count_faces(s, true, &s->counters[3], error))
+    if (!pel_slices3d_count_faces(s, true, &s->counters[3], error))
         return false;
     c->f_p = (double)pel_gpu_counter_value(&s->counters[3]);
-    if (!pel_slices_use_box(s, false, error) || !pel_slices_measure_stretches(s, PEL_CULL_NONE, error) ||
+    if (!pel_slices3d_use_box(s, false, error) || !pel_slices3d_measure_stretches(s, PEL_CULL_NONE, error) ||
         !time_pass(s, count_all, &simple, error))
         return false;
     c->f = (double)pel_gpu_counter_value(&s->counters[3]);
@@ -110,7 +110,7 @@ static void count_mille(const struct pel_frame *frame, const char *name, double 
     pel_frame_count(frame, name, value > 0 ? (uint64_t)(value * 1000 + 0.5) : 0);
 }
 
-bool pel_slices_note_cost(struct pel_slices3d *s, const struct pel_frame *frame, struct pel_error *error)
+bool pel_slices3d_note_cost(struct pel_slices3d *s, const struct pel_frame *frame, struct pel_error *error)
 {
     struct cost c = { .f = 0 };
     if (!measure(s, &c, error))

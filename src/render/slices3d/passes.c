@@ -35,7 +35,7 @@ static void begin(const struct pel_slices3d *s, const struct pel_target *target,
     pel_pass_begin(target, pass, s->job.width, s->job.height);
 }
 
-bool pel_slices_bind(struct pel_slices3d *s, struct pel_error *error)
+bool pel_slices3d_bind(struct pel_slices3d *s, struct pel_error *error)
 {
     glBindBufferBase(GL_UNIFORM_BUFFER, 0, s->block.name);
     glBindBufferBase(GL_UNIFORM_BUFFER, 1, s->slice_block.name);
@@ -150,7 +150,7 @@ static bool init_front(struct pel_slices3d *s, const struct pel_target *target, 
     return none || draw_phi_t(s, GL_LESS, true, -margin(s), error);
 }
 
-bool pel_slices_measure_stretches(struct pel_slices3d *s, enum pel_cull cull, struct pel_error *error)
+bool pel_slices3d_measure_stretches(struct pel_slices3d *s, enum pel_cull cull, struct pel_error *error)
 {
     const struct pel_pass pass = { .depth_func = GL_LESS, .depth_write = true };
     bool band = cull == PEL_CULL_BAND;
@@ -181,7 +181,7 @@ static bool init_stencil(struct pel_slices3d *s, struct pel_error *error)
     return true;
 }
 
-bool pel_slices_init_z(struct pel_slices3d *s, enum pel_cull cull, struct pel_error *error)
+bool pel_slices3d_init_z(struct pel_slices3d *s, enum pel_cull cull, struct pel_error *error)
 {
     const struct pel_pass pass = { .depth_func = GL_LESS, .depth_write = true }; /* step 1: no colour */
     bool ok = cull != PEL_CULL_BAND || !s->stencil || init_stencil(s, error);
@@ -250,7 +250,7 @@ static void stop_full(struct pel_slices3d *s, GLuint program, bool polygon, int 
     s->stops++;
 }
 
-bool pel_slices_draw(struct pel_slices3d *s, enum pel_cull cull, int slab, struct pel_error *error)
+bool pel_slices3d_draw_slices(struct pel_slices3d *s, enum pel_cull cull, int slab, struct pel_error *error)
 {
     static const GLfloat nothing[4] = { 0, 0, 0, 0 };
     bool greater = cull == PEL_CULL_FRONT, stencil = by_stencil(s, cull), polygon = slab == 1;
@@ -280,7 +280,7 @@ bool pel_slices_draw(struct pel_slices3d *s, enum pel_cull cull, int slab, struc
     return pel_device_check(s->device, "slices", error);
 }
 
-bool pel_slices_count(struct pel_slices3d *s, enum pel_cull cull, struct pel_gpu_counter *counter, struct pel_error *error)
+bool pel_slices3d_count(struct pel_slices3d *s, enum pel_cull cull, struct pel_gpu_counter *counter, struct pel_error *error)
 {
     GLuint program;
     if (!use(s, "slice_vertex.glsl", "plain_fragment.glsl", cull == PEL_CULL_BAND && !by_stencil(s, cull) ? PEL_HAS_BAND : 0, &program,
@@ -293,7 +293,7 @@ bool pel_slices_count(struct pel_slices3d *s, enum pel_cull cull, struct pel_gpu
     return pel_device_check(s->device, "counting", error);
 }
 
-bool pel_slices_count_faces(struct pel_slices3d *s, bool p, struct pel_gpu_counter *counter, struct pel_error *error)
+bool pel_slices3d_count_faces(struct pel_slices3d *s, bool p, struct pel_gpu_counter *counter, struct pel_error *error)
 {
     GLuint program;
     const struct pel_pass pass = { .depth_func = 0 };
@@ -310,17 +310,17 @@ bool pel_slices_count_faces(struct pel_slices3d *s, bool p, struct pel_gpu_count
 
 /* ---- after the slices ---- */
 
-bool pel_slices_find_depth(struct pel_slices3d *s, struct pel_error *error)
+bool pel_slices3d_find_depth(struct pel_slices3d *s, struct pel_error *error)
 {
     return draw_whole(s, &s->depth_target, "half_fragment.glsl", sampling_has(s), error);
 }
 
-bool pel_slices_to_display(struct pel_slices3d *s, struct pel_error *error)
+bool pel_slices3d_to_display(struct pel_slices3d *s, struct pel_error *error)
 {
     return draw_whole(s, &s->finished_target, "finish_fragment.glsl", 0, error);
 }
 
-bool pel_slices_show(struct pel_slices3d *s, struct pel_error *error)
+bool pel_slices3d_show(struct pel_slices3d *s, struct pel_error *error)
 {
     enum pel_show show = s->options.show;
     if (show == PEL_SHOW_DEPTH || show == PEL_SHOW_NEAR) {

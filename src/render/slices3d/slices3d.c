@@ -193,7 +193,7 @@ static void shrink_box(const struct pel_slices3d *s, struct pel_slice_block *b)
     }
 }
 
-bool pel_slices_use_box(struct pel_slices3d *s, bool shrunk, struct pel_error *error)
+bool pel_slices3d_use_box(struct pel_slices3d *s, bool shrunk, struct pel_error *error)
 {
     struct pel_slice_block block = s->view.block;
     if (shrunk)
@@ -221,7 +221,7 @@ static bool set_view(struct pel_slices3d *s, const struct pel_frame *frame, stru
     b->walk[0] = WALK_CLEAR, b->walk[1] = slabs_too_long(s, scene->volume) ? 0 : WALK_SLICES;
     const struct pel_gpu_job job = { &s->job, scene, &s->format, &s->box };
     return pel_gpu_job_send(s->device, &job, &s->block, error) &&
-           pel_slices_use_box(s, s->options.cull == PEL_CULL_BAND && s->has_t && s->options.shrink, error);
+           pel_slices3d_use_box(s, s->options.cull == PEL_CULL_BAND && s->has_t && s->options.shrink, error);
 }
 
 bool pel_slices3d_prepare(struct pel_slices3d *s, const struct pel_frame *frame, struct pel_error *error)
@@ -282,18 +282,18 @@ static void end_stage(struct pel_slices3d *s, enum pel_slices3d_stage stage)
 static bool draw_passes(struct pel_slices3d *s, const struct pel_frame *frame, bool to_display, struct pel_error *error)
 {
     const enum pel_cull cull = s->options.cull;
-    bool ok = pel_slices_bind(s, error);
+    bool ok = pel_slices3d_bind(s, error);
     begin_stage(s, PEL_STAGE_VIEW, "slices3d: stretches of rays");
-    ok = ok && pel_slices_measure_stretches(s, cull, error);
+    ok = ok && pel_slices3d_measure_stretches(s, cull, error);
     end_stage(s, PEL_STAGE_VIEW);
     begin_stage(s, PEL_STAGE_SURFACES, "slices3d: z-buffer");
-    ok = ok && pel_slices_init_z(s, cull, error);
+    ok = ok && pel_slices3d_init_z(s, cull, error);
     end_stage(s, PEL_STAGE_SURFACES);
     begin_stage(s, PEL_STAGE_SLICES, "slices3d: slices");
-    ok = ok && (s->options.show ? pel_slices_show(s, error) : pel_slices_draw(s, cull, s->options.slab, error));
+    ok = ok && (s->options.show ? pel_slices3d_show(s, error) : pel_slices3d_draw_slices(s, cull, s->options.slab, error));
     end_stage(s, PEL_STAGE_SLICES);
     begin_stage(s, PEL_STAGE_FINISH, "slices3d: depth and display");
-    ok = ok && (!frame->image->depth || pel_slices_find_depth(s, error)) && (!to_display || pel_slices_to_display(s, error));
+    ok = ok && (!frame->image->depth || pel_slices3d_find_depth(s, error)) && (!to_display || pel_slices3d_to_display(s, error));
     end_stage(s, PEL_STAGE_FINISH);
     return ok;
 }
@@ -341,7 +341,7 @@ bool pel_slices3d_draw(struct pel_slices3d *s, const struct pel_frame *frame, st
     if (ok) {
         pel_frame_stage(frame, "read back", start);
         note(s, frame);
-        ok = !s->options.cost || pel_slices_note_cost(s, frame, error);
+        ok = !s->options.cost || pel_slices3d_note_cost(s, frame, error);
     }
     pel_pass_defaults();
     return ok && pel_device_check(s->device, "slices", error);

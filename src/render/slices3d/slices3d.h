@@ -99,33 +99,33 @@ struct pel_slices3d {
 /* ---- passes.c: the passes of a frame, each in the papers' words ---- */
 
 /* What is bound for all passes. */
-bool pel_slices_bind(struct pel_slices3d *s, struct pel_error *error);
+bool pel_slices3d_bind(struct pel_slices3d *s, struct pel_error *error);
 /* Each ray's stretch; for a band with the second z-buffer, phi_t's front faces. */
-bool pel_slices_measure_stretches(struct pel_slices3d *s, enum pel_cull cull, struct pel_error *error);
+bool pel_slices3d_measure_stretches(struct pel_slices3d *s, enum pel_cull cull, struct pel_error *error);
 /* The z-buffer for the frame's way of culling (sections 3.1 to 3.4). */
-bool pel_slices_init_z(struct pel_slices3d *s, enum pel_cull cull, struct pel_error *error);
+bool pel_slices3d_init_z(struct pel_slices3d *s, enum pel_cull cull, struct pel_error *error);
 /* The volume pass, and what stops full pixels between its slabs. */
-bool pel_slices_draw(struct pel_slices3d *s, enum pel_cull cull, int slab, struct pel_error *error);
+bool pel_slices3d_draw_slices(struct pel_slices3d *s, enum pel_cull cull, int slab, struct pel_error *error);
 /* Slices with the simple shader of section 2, which counts fragments and leaves the picture alone. */
-bool pel_slices_count(struct pel_slices3d *s, enum pel_cull cull, struct pel_gpu_counter *counter, struct pel_error *error);
+bool pel_slices3d_count(struct pel_slices3d *s, enum pel_cull cull, struct pel_gpu_counter *counter, struct pel_error *error);
 /* All fragments of phi_t's back faces, or of phi_p's front faces. */
-bool pel_slices_count_faces(struct pel_slices3d *s, bool p, struct pel_gpu_counter *counter, struct pel_error *error);
-bool pel_slices_find_depth(struct pel_slices3d *s, struct pel_error *error);
-bool pel_slices_to_display(struct pel_slices3d *s, struct pel_error *error);
+bool pel_slices3d_count_faces(struct pel_slices3d *s, bool p, struct pel_gpu_counter *counter, struct pel_error *error);
+bool pel_slices3d_find_depth(struct pel_slices3d *s, struct pel_error *error);
+bool pel_slices3d_to_display(struct pel_slices3d *s, struct pel_error *error);
 /* Figure 9. */
-bool pel_slices_show(struct pel_slices3d *s, struct pel_error *error);
+bool pel_slices3d_show(struct pel_slices3d *s, struct pel_error *error);
 
 /* ---- cost.c ---- */
 
 /* After a frame: measures what the cost model wants, and notes it as counters. What was drawn is gone then. */
-bool pel_slices_note_cost(struct pel_slices3d *s, const struct pel_frame *frame, struct pel_error *error);
+bool pel_slices3d_note_cost(struct pel_slices3d *s, const struct pel_frame *frame, struct pel_error *error);
 
 /* ---- slices3d.c ---- */
 
 struct pel_slices3d *pel_slices3d_create(struct pel_device *device, struct pel_error *error);
 void pel_slices3d_destroy(struct pel_slices3d *slices); /* accepts NULL */
 /* Slices are cut from the whole volume's box, or from that of phi_t's cubes. */
-bool pel_slices_use_box(struct pel_slices3d *s, bool shrunk, struct pel_error *error);
+bool pel_slices3d_use_box(struct pel_slices3d *s, bool shrunk, struct pel_error *error);
 bool pel_slices3d_prepare(struct pel_slices3d *slices, const struct pel_frame *frame, struct pel_error *error);
 bool pel_slices3d_draw(struct pel_slices3d *slices, const struct pel_frame *frame, struct pel_error *error);
 
