@@ -41,10 +41,12 @@ struct pel_mesh {
 struct pel_mesh_params {
     double isovalues[PEL_MAX_ISOSURFACES]; /* finite */
     int isovalue_count;                    /* at least 1 */
+    double tolerance; /* voxels: triangles are added where they would lie farther from the surface of the trilinear signal, which is curved
+                         within cells: one vertex more on a side or amidst a loop. 0: marching cubes' own, with vertices on edges alone */
     int threads;                           /* 0: as many as the machine (or OMP_NUM_THREADS) says */
     struct pel_progress progress;
 };
-#define PEL_MESH_PARAMS_INIT { { 0 }, 0, 0, { 0, 0 } }
+#define PEL_MESH_PARAMS_INIT { { 0 }, 0, 0, 0, { 0, 0 } }
 
 /* Extracts surfaces from a volume of one component and at least two samples along each axis. An isovalue that no cell reaches gives an empty
  * part, and is no error. The caller destroys the mesh. NULL on failure: PEL_ERROR_ARGUMENT for no or bad isovalues or several

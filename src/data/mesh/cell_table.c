@@ -100,33 +100,31 @@ static int fill_costs(const int *loop, int n, int8_t tip[12][12])
     return cost[0][n - 1];
 }
 
-static void add_triangle(struct pel_cell_entry *entry, int a, int b, int c)
-{
-    uint8_t *triangle = entry->triangles[entry->count++];
-    triangle[0] = (uint8_t)a, triangle[1] = (uint8_t)b, triangle[2] = (uint8_t)c;
-}
-
-static void add_filled(struct pel_cell_entry *entry, const int *loop, int i, int j, int8_t tip[12][12])
+static void add_filled(struct pel_cell_entry *entry, struct pel_cell_loop *of, const int *loop, int i, int j, int8_t tip[12][12])
 {
     if (j - i < 2)
         return;
     int k = tip[i][j];
-    add_filled(entry, loop, i, k, tip);
-    add_triangle(entry, loop[i], loop[k], loop[j]);
-    add_filled(entry, loop, k, j, tip);
+    add_filled(entry, of, loop, i, k, tip);
+    uint8_t *triangle = entry->triangles[of->first_triangle + of->triangles++];
+    triangle[0] = (uint8_t)loop[i], triangle[1] = (uint8_t)loop[k], triangle[2] = (uint8_t)loop[j];
+    add_filled(entry, of, loop, k, j, tip);
 }
 
-static void fill_loop(struct pel_cell_entry *entry, const int *loop, int n)
+static void add_loop(struct pel_cell_entry *entry, const int *loop, int n)
 {
+    struct pel_cell_loop *to = &entry->loop[entry->loops], *before = entry->loops ? to - 1 : NULL;
     int8_t tip[12][12];
-    if (fill_costs(loop, n, tip) < FORBIDDEN) {
-        add_filled(entry, loop, 0, n - 1, tip);
-        return;
-    }
+    entry->loops++;
+    to->first = before ? before->first + before->count : 0;
+    to->count = (uint8_t)n;
+    to->first_triangle = before ? before->first_triangle + before->triangles : 0;
     for (int i = 0; i < n; i++) {
-        entry->centre |= (uint16_t)(1u << loop[i]);
-        add_triangle(entry, loop[i], loop[(i + 1) % n], PEL_CELL_CENTRE);
+        entry->edges[to->first + i] = (uint8_t)loop[i];
+        entry->faces[to->first + i] = (uint8_t)__builtin_ctz(faces_of(loop[i]) & faces_of(loop[(i + 1) % n]));
     }
+    if (fill_costs(loop, n, tip) < FORBIDDEN)
+        add_filled(entry, to, loop, 0, n - 1, tip);
 }
 
 static void make_entry(struct pel_cell_entry *entry, unsigned inside, unsigned joins)
@@ -144,7 +142,7 @@ static void make_entry(struct pel_cell_entry *entry, unsigned inside, unsigned j
             at = after;
         }
         if (n)
-            fill_loop(entry, loop, n);
+            add_loop(entry, loop, n);
     }
 }
 

@@ -16,16 +16,20 @@
 #include <pellucid/error.h>
 
 enum {
-    PEL_CELL_CENTRE = 12,    /* in place of an edge: the mean of the vertices that `centre` names */
-    PEL_CELL_TRIANGLES = 12, /* the most there are */
+    PEL_CELL_LOOPS = 4,      /* the most there are */
+    PEL_CELL_TRIANGLES = 10, /* likewise, of all loops that are filled with them */
     PEL_CELL_ENTRIES = 656,  /* all ways to cut a cell */
 };
 
-/* The triangles of one way to cut a cell: the edges on which their vertices lie, counter-clockwise as seen from outside. */
+/* One way to cut a cell. */
 struct pel_cell_entry {
-    uint8_t count;
-    uint16_t centre; /* a bit an edge: the loop around the centre, where there is one */
-    uint8_t triangles[PEL_CELL_TRIANGLES][3];
+    uint8_t loops;
+    struct pel_cell_loop {
+        uint8_t first, count;             /* of `edges` and `faces` */
+        uint8_t first_triangle, triangles; /* none: the loop can be filled around a vertex in its middle alone */
+    } loop[PEL_CELL_LOOPS];
+    uint8_t edges[12], faces[12];              /* the edges that loops go through, and the face over which each leads to the next; */
+    uint8_t triangles[PEL_CELL_TRIANGLES][3]; /* corners of triangles, as edges. All counter-clockwise as seen from outside */
 };
 
 struct pel_cell_table {

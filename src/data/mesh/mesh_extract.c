@@ -131,6 +131,7 @@ static bool add_part(struct extraction *x, const struct pel_mesh_params *params,
     struct pel_mesh *mesh = x->mesh;
     size_t vertices = mesh->vertex_count, triangles = mesh->triangle_count;
     x->work.isovalue = params->isovalues[number];
+    x->work.tolerance = params->tolerance;
     x->items = pel_alloc(x->count, sizeof *x->items, "parts of the surface", error);
     bool ok = x->items && make_slabs(x, params, number, error) && number_items(x, &vertices, &triangles, error) &&
               enlarge((void **)&mesh->positions, vertices, sizeof *mesh->positions, "vertices", error) &&
@@ -164,6 +165,8 @@ static bool check(const struct pel_volume *volume, const struct pel_mesh_params 
     for (int i = 0; i < params->isovalue_count; i++)
         if (!isfinite(params->isovalues[i]))
             return pel_fail(error, PEL_ERROR_ARGUMENT, "isovalue %d is not finite", i);
+    if (!(params->tolerance >= 0))
+        return pel_fail(error, PEL_ERROR_ARGUMENT, "a tolerance of %g voxels cannot be; it is 0 or more", params->tolerance);
     for (int a = 0; a < 3; a++)
         if (volume->dims[a] < 2)
             return pel_fail(error, PEL_ERROR_UNSUPPORTED, "the volume is flat: one sample along %c; a surface needs two", 'x' + a);

@@ -15,6 +15,7 @@ struct pel_mesh_work {
     const struct pel_minmax *minmax;
     const struct pel_cell_table *table;
     double isovalue;
+    double tolerance;      /* as in struct pel_mesh_params */
     double to_world[3][3]; /* columns: a step along each index axis, in the world */
     double normal[3][3];   /* from an index gradient to a world one: the inverse transpose */
     bool mirrored;         /* the axes are left-handed: triangles turn the other way in the world */
@@ -40,5 +41,9 @@ size_t pel_mesh_scratch_bytes(const struct pel_minmax *minmax);
 /* Makes the slab of the bricks in layer bz. The slab must be zeroed. */
 bool pel_mesh_slab_make(struct pel_mesh_slab *slab, const struct pel_mesh_work *work, size_t bz, void *scratch, struct pel_error *error);
 void pel_mesh_slab_finish(struct pel_mesh_slab *slab); /* accepts a zeroed one */
+
+/* Append to the slab. */
+bool pel_mesh_add_vertex(struct pel_mesh_slab *slab, const float position[3], const float normal[3], uint32_t *number, struct pel_error *error);
+bool pel_mesh_add_triangle(struct pel_mesh_slab *slab, uint32_t a, uint32_t b, uint32_t c, struct pel_error *error);
 
 #endif

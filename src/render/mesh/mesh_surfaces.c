@@ -123,7 +123,8 @@ static bool send(struct pel_mesh_renderer *m, const struct pel_mesh *mesh, const
 bool pel_mesh_surfaces_make(struct pel_mesh_renderer *m, const struct pel_frame *frame, struct pel_error *error)
 {
     const struct pel_scene *scene = frame->scene;
-    struct pel_mesh_params params = { .isovalue_count = scene->isosurface_count, .threads = frame->threads, .progress = *frame->progress };
+    struct pel_mesh_params params = { .isovalue_count = scene->isosurface_count, 
+                                      .tolerance = getenv("MT") ? atof(getenv("MT")) : 0, .threads = frame->threads, .progress = *frame->progress };
     int order[PEL_MAX_ISOSURFACES];
     double start = pel_now_ms();
     order_of(m, scene, order);
