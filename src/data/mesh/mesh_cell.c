@@ -46,19 +46,26 @@ static void gradient_at(const struct cell *c, const double place[3], double g[3]
     }
 }
 
-/* Where the differences cancel: towards where the cell's values rise. */
-static void rise_of(const struct cell *c, double g[3])
+/* Where the differences cancel: towards where the cell's values rise, for a vertex on an edge along that alone (each cell beside it says the
+ * same). */
+static void rise_of(const struct cell *c, const double place[3], int edge_axis, double g[3])
 {
-    for (int a = 0; a < 3; a++) {
+    for (int a = 0; a < 3; a++)
         g[a] = 0;
-        for (int corner = 0; corner < 8; corner++)
-            g[a] += (corner >> a & 1 ? 1 : -1) * (c->values.corner[corner] >= 0 ? 1 : -1);
-    }
+    for (int corner = 0; corner < 8; corner++)
+        for (int a = 0; a < 3; a++) {
+            bool off = false; /* the corner is no end of the edge */
+            for (int b = 0; b < 3 && edge_axis >= 0; b++)
+                off |= b != edge_axis && (place[b] > 0.5) != (corner >> b & 1);
+            if (edge_axis < 0 || (a == edge_axis && !off))
+                g[a] += (corner >> a & 1 ? 1 : -1) * (c->values.corner[corner] >= 0 ? 1 : -1);
+        }
     if (g[0] == 0 && g[1] == 0 && g[2] == 0)
         g[2] = 1;
 }
 
-static bool make_vertex(const struct cell *c, const double place[3], uint32_t *number)
+/* `edge_axis`: negative where the vertex lies on no edge. */
+static bool make_vertex(const struct cell *c, const double place[3], int edge_axis, uint32_t *number)
 {
     const struct pel_mesh_work *w = c->brick->work;
     double index[3], g[3], n[3];
@@ -68,7 +75,7 @@ static bool make_vertex(const struct cell *c, const double place[3], uint32_t *n
     gradient_at(c, place, g);
     double most = fmax(fmax(fabs(g[0]), fabs(g[1])), fabs(g[2]));
     if (!(most > 0 && most <= 1e300)) {
-        rise_of(c, g);
+        rise_of(c, place, edge_axis, g);
         most = 1;
     }
     for (int i = 0; i < 3; i++)
@@ -85,7 +92,7 @@ static bool make_vertex(const struct cell *c, const double place[3], uint32_t *n
 static bool share_vertex(const struct cell *c, int kind, int corner, struct point *point)
 {
     uint32_t *slot = &c->brick->numbers->at[kind][c->at[2] + (corner >> 2)][c->at[1] + (corner >> 1 & 1)][c->at[0] + (corner & 1)];
-    if (*slot == PEL_NO_VERTEX && !make_vertex(c, point->place, slot))
+    if (*slot == PEL_NO_VERTEX && !make_vertex(c, point->place, kind < 3 ? kind : -1, slot))
         return false;
     point->vertex = *slot;
     return true;
@@ -133,7 +140,7 @@ static bool add_triangle(const struct cell *c, uint32_t p, uint32_t q, uint32_t 
 static bool fill_around(const struct cell *c, const struct point *points, int count, const double middle[3])
 {
     uint32_t centre;
-    if (!make_vertex(c, middle, &centre))
+    if (!make_vertex(c, middle, -1, &centre))
         return false;
     for (int i = 0; i < count; i++)
         if (!add_triangle(c, points[i].vertex, points[(i + 1) % count].vertex, centre))

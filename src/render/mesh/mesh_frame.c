@@ -26,7 +26,7 @@ void pel_mesh_renderer_destroy(struct pel_mesh_renderer *m)
         return;
     struct pel_device *d = m->device;
     struct pel_texture *textures[] = { &m->pictures[0], &m->pictures[1], &m->z, &m->depth };
-    struct pel_target *targets[] = { &m->surfaces, &m->targets[0], &m->targets[1], &m->depth_target };
+    struct pel_target *targets[] = { &m->surface_target, &m->targets[0], &m->targets[1], &m->depth_target };
     struct pel_buffer *buffers[] = { &m->block, &m->mesh_block, &m->heads, &m->links, &m->nodes };
     for (size_t i = 0; i < sizeof targets / sizeof *targets; i++)
         pel_target_destroy(d, targets[i]);
@@ -38,6 +38,7 @@ void pel_mesh_renderer_destroy(struct pel_mesh_renderer *m)
         pel_gpu_timer_destroy(d, &m->timers[i]);
     pel_vertices_destroy(d, &m->whole);
     pel_mesh_surfaces_finish(m);
+    pel_mesh_extraction_finish(d, &m->extraction);
     pel_programs_finish(d, &m->programs);
     pel_minmax_finish(&m->minmax);
     pel_classify_finish(&m->tables);
@@ -56,6 +57,7 @@ static bool take_volume(struct pel_mesh_renderer *m, const struct pel_frame *fra
         m->box.cells[a] = (int)((v->dims[a] - 1) / PEL_CELL_SIZE + 1);
         m->box.last[a] = (int)v->dims[a];
     }
+    m->extraction.ready = false;
     pel_minmax_finish(&m->minmax);
     memset(&m->minmax, 0, sizeof m->minmax);
     if (!pel_minmax_init(&m->minmax, v, frame->threads, error))
@@ -104,14 +106,16 @@ static bool set_view(struct pel_mesh_renderer *m, const struct pel_frame *frame,
 
 bool pel_mesh_renderer_prepare(struct pel_mesh_renderer *m, const struct pel_frame *frame, struct pel_error *error)
 {
-    if ((frame->changes & PEL_CHANGE_VOLUME) && !take_volume(m, frame, error))
+    const unsigned changes = frame->changes;
+    m->options = *(const struct pel_mesh_options *)frame->options;
+    if ((changes & PEL_CHANGE_VOLUME) && !take_volume(m, frame, error))
         return false;
-    if ((frame->changes & (PEL_CHANGE_VOLUME | PEL_CHANGE_TRANSFER | PEL_CHANGE_SETTINGS | PEL_CHANGE_STEP | PEL_CHANGE_ISOSURFACES)) &&
+    if ((changes & (PEL_CHANGE_VOLUME | PEL_CHANGE_TRANSFER | PEL_CHANGE_SETTINGS | PEL_CHANGE_STEP | PEL_CHANGE_ISOSURFACES)) &&
         !pel_classify_tables(&m->tables, frame->scene, m->format.raw, &m->job, error))
         return false;
-    if ((frame->changes & (PEL_CHANGE_VOLUME | PEL_CHANGE_ISOSURFACES)) && !pel_mesh_surfaces_make(m, frame, error))
+    if (!set_view(m, frame, error))
         return false;
-    return set_view(m, frame, error);
+    return !(changes & (PEL_CHANGE_VOLUME | PEL_CHANGE_ISOSURFACES | PEL_CHANGE_OPTIONS)) || pel_mesh_surfaces_make(m, frame, error);
 }
 
 /* ---- drawing ---- */
@@ -126,7 +130,7 @@ static bool reserve(struct pel_mesh_renderer *m, const struct pel_image *image, 
            pel_texture_reserve(d, &m->pictures[1], GL_RGBA32F, w, h, 0, GL_NEAREST, error) &&
            pel_texture_reserve(d, &m->z, GL_DEPTH_COMPONENT32F, w, h, 0, GL_NEAREST, error) &&
            pel_texture_reserve(d, &m->depth, GL_R32F, w, h, 0, GL_NEAREST, error) &&
-           pel_target_set(d, &m->surfaces, &m->pictures[0], &m->z, error) &&
+           pel_target_set(d, &m->surface_target, &m->pictures[0], &m->z, error) &&
            pel_target_set(d, &m->targets[0], &m->pictures[0], NULL, error) &&
            pel_target_set(d, &m->targets[1], &m->pictures[1], NULL, error) && pel_target_set(d, &m->depth_target, &m->depth, NULL, error);
 }
@@ -176,8 +180,13 @@ static void note(struct pel_mesh_renderer *m, const struct pel_frame *frame)
     static const char *const names[] = { "opaque surfaces", "translucent surfaces", "depth and display" };
     for (int i = 0; i < PEL_MESH_STAGES; i++)
         pel_frame_stage_gpu(frame, names[i], pel_now_ms() - m->milliseconds[i], pel_gpu_timer_ms(&m->timers[i]));
-    pel_frame_count(frame, "vertices", m->vertex_count);
-    pel_frame_count(frame, "triangles", m->triangle_count);
+    uint64_t vertices = 0, triangles = 0;
+    for (int i = 0; i < m->job.iso_count; i++) {
+        vertices += m->surfaces[i].vertex_count;
+        triangles += m->surfaces[i].element_count / 3;
+    }
+    pel_frame_count(frame, "vertices", vertices);
+    pel_frame_count(frame, "triangles", triangles);
     pel_frame_count(frame, "fragments in lists", m->listed);
     pel_frame_count(frame, "bytes on the device", m->device->bytes);
 }

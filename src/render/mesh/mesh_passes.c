@@ -6,7 +6,7 @@
 #include "fail.h"
 #include "mesh_render.h"
 
-enum { BINDING_HEADS = 7, BINDING_LINKS, BINDING_NODES };
+enum { BINDING_HEADS = 0, BINDING_LINKS = 1, BINDING_NODES = 7 };
 enum { LIST_HEADER = 4 }; /* words before the heads */
 
 static bool is_opaque(const struct pel_mesh_renderer *m, int surface)
@@ -17,7 +17,7 @@ static bool is_opaque(const struct pel_mesh_renderer *m, int surface)
 static bool any_translucent(const struct pel_mesh_renderer *m)
 {
     for (int i = 0; i < m->job.iso_count; i++)
-        if (!is_opaque(m, i) && m->element_count[i])
+        if (!is_opaque(m, i) && m->surfaces[i].element_count)
             return true;
     return false;
 }
@@ -58,14 +58,15 @@ static bool draw_whole(struct pel_mesh_renderer *m, const struct pel_target *tar
 static void draw_surfaces(const struct pel_mesh_renderer *m, GLuint program, bool opaque)
 {
     const size_t most = 3 << 28; /* elements a call */
-    glBindVertexArray(m->array);
     for (int i = 0; i < m->job.iso_count; i++) {
-        if (is_opaque(m, i) != opaque)
+        const struct pel_mesh_surface *s = &m->surfaces[i];
+        if (is_opaque(m, i) != opaque || !s->element_count)
             continue;
+        glBindVertexArray(s->array);
         glProgramUniform1i(program, 0, i);
-        for (size_t done = 0; done < m->element_count[i]; done += most) {
-            size_t count = m->element_count[i] - done < most ? m->element_count[i] - done : most;
-            glDrawElements(GL_TRIANGLES, (GLsizei)count, GL_UNSIGNED_INT, (const char *)NULL + (m->first_element[i] + done) * sizeof(GLuint));
+        for (size_t done = 0; done < s->element_count; done += most) {
+            size_t count = s->element_count - done < most ? s->element_count - done : most;
+            glDrawElementsBaseVertex(GL_TRIANGLES, (GLsizei)count, GL_UNSIGNED_INT, (const char *)NULL + done * sizeof(GLuint), s->base);
         }
     }
 }
@@ -77,9 +78,9 @@ bool pel_mesh_draw_opaque(struct pel_mesh_renderer *m, struct pel_error *error)
     GLuint program;
     if (!use(m, "mesh_vertex.glsl", "mesh_fragment.glsl", false, &program, error))
         return false;
-    begin(m, &m->surfaces, &pass);
-    glClearNamedFramebufferfv(m->surfaces.name, GL_COLOR, 0, nothing);
-    glClearNamedFramebufferfv(m->surfaces.name, GL_DEPTH, 0, nothing); /* 0 is infinitely far */
+    begin(m, &m->surface_target, &pass);
+    glClearNamedFramebufferfv(m->surface_target.name, GL_COLOR, 0, nothing);
+    glClearNamedFramebufferfv(m->surface_target.name, GL_DEPTH, 0, nothing); /* 0 is infinitely far */
     draw_surfaces(m, program, true);
     m->shown = 0;
     return pel_device_check(m->device, "opaque surfaces", error);
@@ -120,7 +121,7 @@ static bool gather(struct pel_mesh_renderer *m, struct pel_error *error)
         bind_lists(m);
         glClearNamedBufferData(m->heads.name, GL_R32UI, GL_RED_INTEGER, GL_UNSIGNED_INT, &end);
         glNamedBufferSubData(m->heads.name, 0, sizeof none, &none);
-        begin(m, &m->surfaces, &pass);
+        begin(m, &m->surface_target, &pass);
         draw_surfaces(m, program, false);
         glMemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT | GL_BUFFER_UPDATE_BARRIER_BIT);
         glGetNamedBufferSubData(m->heads.name, 0, sizeof m->listed, &m->listed);

@@ -1,14 +1,22 @@
 /* SPDX-License-Identifier: MIT */
 /* Isosurfaces drawn as triangles on the GPU engine: what the paper on multi-layer depth peeling (Liu, Clapworthy and Dong 2010) is measured
- * against. The parts: mesh_surfaces.c gets triangles from the volume on to the device, mesh_passes.c has a function for each pass,
- * mesh_frame.c makes a frame of them, mesh_technique.c says what is refused. */
+ * against. The parts: mesh_surfaces.c gets triangles from the volume on to the device, by way of the CPU or of mesh_extraction.c;
+ * mesh_passes.c has a function for each pass, mesh_frame.c makes a frame of them, mesh_technique.c has the options. */
 #ifndef PEL_MESH_RENDER_H
 #define PEL_MESH_RENDER_H
 
 #include "drawing.h"
 #include "gpu_job.h"
+#include "mesh_extraction.h"
 #include "minmax.h"
 #include "technique.h"
+
+enum pel_mesh_extract { PEL_MESH_EXTRACT_CPU, PEL_MESH_EXTRACT_GPU };
+
+struct pel_mesh_options {
+    enum pel_mesh_extract extract;
+    double tolerance; /* as in struct pel_mesh_params */
+};
 
 enum pel_mesh_stage { PEL_MESH_OPAQUE, PEL_MESH_TRANSLUCENT, PEL_MESH_FINISH, PEL_MESH_STAGES };
 
@@ -21,17 +29,16 @@ struct pel_mesh_block {
 struct pel_mesh_renderer {
     struct pel_device *device;
     struct pel_programs programs;
+    struct pel_mesh_options options; /* of the frame; set by prepare */
 
     /* With the volume. */
     struct pel_gpu_format format;
     struct pel_gpu_box box;
     struct pel_minmax minmax;
 
-    /* With the isovalues: vertices (place and gradient, index space) and corners of triangles; surfaces in the order of job.iso. */
-    struct pel_buffer vertices, elements;
-    GLuint array;
-    size_t first_element[PEL_MAX_ISOSURFACES], element_count[PEL_MAX_ISOSURFACES];
-    size_t vertex_count, triangle_count;
+    /* With the isovalues: in the order of job.iso. */
+    struct pel_mesh_surface surfaces[PEL_MAX_ISOSURFACES];
+    struct pel_mesh_extraction extraction;
 
     /* With the scene's settings. */
     struct pel_classification_state tables;
@@ -41,7 +48,7 @@ struct pel_mesh_renderer {
     struct pel_mesh_block view;
     struct pel_buffer block, mesh_block;
     struct pel_texture pictures[2], z, depth; /* pictures: what is opaque, then what comes of it */
-    struct pel_target surfaces, targets[2], depth_target;
+    struct pel_target surface_target, targets[2], depth_target;
     struct pel_vertices whole;
     struct pel_buffer heads, links, nodes; /* lists of translucent fragments */
     uint32_t listed;                       /* fragments in them */
@@ -52,7 +59,7 @@ struct pel_mesh_renderer {
 
 /* ---- mesh_surfaces.c ---- */
 
-/* Extracts the surfaces of the scene's isovalues and sends them. */
+/* Extracts the surfaces of the scene's isovalues. The frame's uniform block must be there. */
 bool pel_mesh_surfaces_make(struct pel_mesh_renderer *m, const struct pel_frame *frame, struct pel_error *error);
 void pel_mesh_surfaces_finish(struct pel_mesh_renderer *m);
 

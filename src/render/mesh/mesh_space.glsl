@@ -20,7 +20,7 @@ float world_length(vec2 pixel)
 
 #ifdef LISTS
 const uint END_OF_LIST = 0xffffffffu;
-layout(std430, binding = 7) LISTS buffer ListHeads { uint list_count, list_padding[3], list_head[]; }; // fragments so far, also of those beyond the room; the last of each pixel
-layout(std430, binding = 8) LISTS buffer ListLinks { uvec2 list_link[]; };                            // the pixel's fragment before, or the end; number of the surface
-layout(std430, binding = 9) LISTS buffer ListNodes { vec4 list_node[]; };                             // premultiplied colour; view depth
+layout(std430, binding = 0) LISTS buffer ListHeads { uint list_count, list_padding[3], list_head[]; }; // fragments so far, also of those beyond the room; the last of each pixel
+layout(std430, binding = 1) LISTS buffer ListLinks { uvec2 list_link[]; };                            // the pixel's fragment before, or the end; number of the surface
+layout(std430, binding = 7) LISTS buffer ListNodes { vec4 list_node[]; };                             // premultiplied colour; view depth
 #endif

@@ -74,57 +74,72 @@ static struct vertex *convert(const struct pel_mesh *mesh, const struct pel_volu
 }
 
 /* The two attributes of a vertex, and the corners. */
-static bool make_array(struct pel_mesh_renderer *m, struct pel_error *error)
+static bool make_array(struct pel_mesh_renderer *m, struct pel_mesh_surface *s, struct pel_error *error)
 {
-    if (!m->array) {
-        glCreateVertexArrays(1, &m->array);
-        if (!m->array)
+    if (!s->array) {
+        glCreateVertexArrays(1, &s->array);
+        if (!s->array)
             return pel_fail(error, PEL_ERROR_MEMORY, "GPU: no more vertex arrays");
         m->device->objects++;
     }
-    glVertexArrayVertexBuffer(m->array, 0, m->vertices.name, 0, sizeof(struct vertex));
+    glVertexArrayVertexBuffer(s->array, 0, s->vertices.name, 0, sizeof(struct vertex));
     for (GLuint i = 0; i < 2; i++) {
-        glVertexArrayAttribFormat(m->array, i, 3, GL_FLOAT, GL_FALSE, i ? offsetof(struct vertex, gradient) : 0);
-        glVertexArrayAttribBinding(m->array, i, 0);
-        glEnableVertexArrayAttrib(m->array, i);
+        glVertexArrayAttribFormat(s->array, i, 3, GL_FLOAT, GL_FALSE, i ? offsetof(struct vertex, gradient) : 0);
+        glVertexArrayAttribBinding(s->array, i, 0);
+        glEnableVertexArrayAttrib(s->array, i);
     }
-    glVertexArrayElementBuffer(m->array, m->elements.name);
+    glVertexArrayElementBuffer(s->array, s->elements.name);
     return pel_device_check(m->device, "vertex array", error);
 }
 
 void pel_mesh_surfaces_finish(struct pel_mesh_renderer *m)
 {
-    if (m->array) {
-        if (pel_device_is_current(m->device))
-            glDeleteVertexArrays(1, &m->array);
-        m->device->objects--;
+    for (int i = 0; i < PEL_MAX_ISOSURFACES; i++) {
+        struct pel_mesh_surface *s = &m->surfaces[i];
+        if (s->array) {
+            if (pel_device_is_current(m->device))
+                glDeleteVertexArrays(1, &s->array);
+            m->device->objects--;
+        }
+        pel_buffer_destroy(m->device, &s->vertices);
+        pel_buffer_destroy(m->device, &s->elements);
+        memset(s, 0, sizeof *s);
     }
-    m->array = 0;
-    pel_buffer_destroy(m->device, &m->vertices);
-    pel_buffer_destroy(m->device, &m->elements);
 }
 
-static bool send(struct pel_mesh_renderer *m, const struct pel_mesh *mesh, const struct pel_frame *frame, struct pel_error *error)
+/* ---- by the CPU ---- */
+
+static bool fits(const struct pel_mesh_renderer *m, const struct pel_mesh *mesh, struct pel_error *error)
 {
     const uint64_t limit = m->device->params.memory_limit,
                    bytes = (uint64_t)mesh->vertex_count * sizeof(struct vertex) + (uint64_t)mesh->triangle_count * sizeof *mesh->triangles;
-    if (limit && bytes > limit)
-        return pel_fail(error, PEL_ERROR_UNSUPPORTED, "the surface takes %llu MB, more than the GPU may hold; use the technique raycast",
-                        (unsigned long long)(bytes >> 20));
-    struct vertex *vertices = convert(mesh, frame->scene->volume, frame->threads, error);
-    bool ok = vertices && pel_buffer_fill(m->device, &m->vertices, vertices, (mesh->vertex_count + 1) * sizeof *vertices, error) &&
-              pel_buffer_fill(m->device, &m->elements, mesh->triangle_count ? mesh->triangles : NULL,
-                              (mesh->triangle_count + !mesh->triangle_count) * sizeof *mesh->triangles, error) &&
-              make_array(m, error);
-    free(vertices);
-    return ok;
+    bool counts = mesh->vertex_count <= INT32_MAX; /* which are taken off where a part's vertices begin */
+    return (counts && (!limit || bytes <= limit)) ||
+           pel_fail(error, PEL_ERROR_UNSUPPORTED, "the surface takes %llu MB, more than the GPU may hold; use the technique raycast",
+                    (unsigned long long)(bytes >> 20));
 }
 
-bool pel_mesh_surfaces_make(struct pel_mesh_renderer *m, const struct pel_frame *frame, struct pel_error *error)
+static bool send_part(struct pel_mesh_renderer *m, const struct pel_mesh *mesh, int i, const struct vertex *vertices, struct pel_error *error)
+{
+    const struct pel_mesh_part *part = &mesh->parts[i];
+    struct pel_mesh_surface *s = &m->surfaces[i];
+    s->vertex_count = part->vertex_count;
+    s->element_count = 3 * part->triangle_count;
+    s->base = -(GLint)part->first_vertex;
+    if (!part->triangle_count)
+        return true;
+    return pel_buffer_fill(m->device, &s->vertices, vertices + part->first_vertex, part->vertex_count * sizeof *vertices, error) &&
+           pel_buffer_fill(m->device, &s->elements, mesh->triangles + part->first_triangle, part->triangle_count * sizeof *mesh->triangles,
+                           error);
+}
+
+static bool make_by_cpu(struct pel_mesh_renderer *m, const struct pel_frame *frame, struct pel_error *error)
 {
     const struct pel_scene *scene = frame->scene;
-    struct pel_mesh_params params = { .isovalue_count = scene->isosurface_count, 
-                                      .tolerance = getenv("MT") ? atof(getenv("MT")) : 0, .threads = frame->threads, .progress = *frame->progress };
+    struct pel_mesh_params params = { .isovalue_count = scene->isosurface_count,
+                                      .tolerance = m->options.tolerance,
+                                      .threads = frame->threads,
+                                      .progress = *frame->progress };
     int order[PEL_MAX_ISOSURFACES];
     double start = pel_now_ms();
     order_of(m, scene, order);
@@ -135,14 +150,46 @@ bool pel_mesh_surfaces_make(struct pel_mesh_renderer *m, const struct pel_frame 
         return false;
     pel_frame_stage(frame, "extraction", start);
     start = pel_now_ms();
-    bool ok = send(m, mesh, frame, error);
-    for (int i = 0; i < mesh->part_count; i++) {
-        m->first_element[i] = 3 * mesh->parts[i].first_triangle;
-        m->element_count[i] = 3 * mesh->parts[i].triangle_count;
-    }
-    m->vertex_count = mesh->vertex_count;
-    m->triangle_count = mesh->triangle_count;
+    struct vertex *vertices = fits(m, mesh, error) ? convert(mesh, scene->volume, frame->threads, error) : NULL;
+    bool ok = vertices;
+    for (int i = 0; i < mesh->part_count && ok; i++)
+        ok = send_part(m, mesh, i, vertices, error);
+    free(vertices);
     pel_mesh_destroy(mesh);
-    pel_frame_stage(frame, "upload", start);
+    pel_frame_stage(frame, "surfaces to the device", start);
     return ok;
+}
+
+/* ---- by the GPU ---- */
+
+static bool make_by_gpu(struct pel_mesh_renderer *m, const struct pel_frame *frame, struct pel_error *error)
+{
+    double start = pel_now_ms();
+    if (!m->extraction.ready) {
+        if (!pel_mesh_extraction_take(m->device, &m->extraction, &m->format, &m->box, frame->scene->volume, &m->minmax, frame->threads, error))
+            return false;
+        pel_frame_stage(frame, "volume to the device", start);
+        start = pel_now_ms();
+    }
+    glBindBufferBase(GL_UNIFORM_BUFFER, 0, m->block.name);
+    for (int i = 0; i < m->job.iso_count; i++)
+        if (!pel_mesh_extraction_run(m->device, &m->programs, &m->extraction, i, &m->surfaces[i], error))
+            return false;
+    if (m->device->info.software)
+        glFinish();
+    pel_frame_stage(frame, "extraction", start);
+    return true;
+}
+
+bool pel_mesh_surfaces_make(struct pel_mesh_renderer *m, const struct pel_frame *frame, struct pel_error *error)
+{
+    const bool gpu = m->options.extract == PEL_MESH_EXTRACT_GPU;
+    for (int i = 0; i < PEL_MAX_ISOSURFACES; i++)
+        m->surfaces[i].vertex_count = m->surfaces[i].element_count = 0;
+    if (!(gpu ? make_by_gpu(m, frame, error) : make_by_cpu(m, frame, error)))
+        return false;
+    for (int i = 0; i < m->job.iso_count; i++)
+        if (m->surfaces[i].element_count && !make_array(m, &m->surfaces[i], error))
+            return false;
+    return true;
 }

@@ -1,9 +1,23 @@
 /* SPDX-License-Identifier: MIT */
 /* The technique's descriptor, and what it refuses. */
+#include <stddef.h>
+
 #include "fail.h"
 #include "mesh_render.h"
 
-static const struct pel_option options[] = { { NULL } };
+static const char *const extracts[] = { "cpu", "gpu", NULL };
+
+#define AT(field) offsetof(struct pel_mesh_options, field)
+static const struct pel_option options[] = {
+    { "extract", "Extraction",
+      "Who makes the triangles: the CPU, or the GPU by HistoPyramids, whose triangles are marching cubes' own whatever the tolerance",
+      PEL_OPTION_CHOICE, AT(extract), 0, 0, "cpu", extracts, NULL },
+    { "tolerance", "Tolerance",
+      "How far triangles may lie from the surface, which is curved within a voxel, before vertices are added; 0 adds none, as marching cubes",
+      PEL_OPTION_DOUBLE, AT(tolerance), 0, 1, "0.05", NULL, "voxels" },
+    { NULL },
+};
+#undef AT
 
 /* What triangles cannot draw is refused, so that nobody takes another picture for the one asked for. */
 static bool check(const struct pel_frame *frame, struct pel_error *error)
@@ -42,7 +56,7 @@ const struct pel_technique pel_technique_mesh = {
         .citation = "Lorensen and Cline, Marching cubes: A high resolution 3D surface construction algorithm, 1987; Nielson and Hamann, The asymptotic decider, 1991",
         .engines = PEL_ENGINE_GPU,
         .options = options,
-        .options_size = 0,
+        .options_size = sizeof(struct pel_mesh_options),
     },
     .prepare = prepare,
     .draw = draw,
