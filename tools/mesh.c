@@ -14,7 +14,7 @@ enum stats_form { STATS_NONE, STATS_TEXT, STATS_JSON };
 
 struct values {
     char output[PEL_OPTION_TEXT_SIZE], array[PEL_OPTION_TEXT_SIZE], raw[PEL_OPTION_TEXT_SIZE], isovalue[PEL_OPTION_TEXT_SIZE];
-    double isovalues[PEL_MAX_ISOSURFACES], spacing[3], void_value;
+    double isovalues[PEL_MAX_ISOSURFACES], tolerance, spacing[3], void_value;
     int isovalue_count, threads;
     int stats; /* enum stats_form */
     bool quiet;
@@ -28,6 +28,10 @@ static const struct pel_option rows[] = {
       PEL_OPTION_TEXT, FIELD(isovalue), 0, 0, NULL, NULL, "data value" },
     { "output", "Output", "File to write: NAME.ply or NAME.stl (binary), NAME.obj (text) or NAME.vtp (VTK XML, binary)", PEL_OPTION_TEXT,
       FIELD(output), 0, 0, NULL, NULL, NULL },
+    { "tolerance", "Tolerance",
+      "How far triangles may lie from the surface of the interpolated values, which is curved within a voxel, before vertices are added; 0 adds "
+      "none: the triangles of marching cubes",
+      PEL_OPTION_DOUBLE, FIELD(tolerance), 0, 1, "0", NULL, "voxels" },
     { "array", "Array", "Which array of a file that holds several", PEL_OPTION_TEXT, FIELD(array), 0, 0, NULL, NULL, NULL },
     { "raw", "Raw layout", "Read raw samples of this layout: 256x256x256:u8, 64x64x64:f32:be+1024 (skips 1024 bytes)", PEL_OPTION_TEXT,
       FIELD(raw), 0, 0, NULL, NULL, NULL },
@@ -126,6 +130,7 @@ static struct pel_mesh *extract(const struct values *values, const struct pel_vo
     struct pel_mesh_params params = PEL_MESH_PARAMS_INIT;
     memcpy(params.isovalues, values->isovalues, sizeof params.isovalues);
     params.isovalue_count = values->isovalue_count;
+    params.tolerance = values->tolerance;
     params.threads = values->threads;
     params.progress = progress_callback(progress);
     if (!params.isovalue_count) {

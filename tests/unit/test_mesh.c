@@ -105,14 +105,19 @@ static double enclosed(const struct pel_mesh *mesh)
     return sum;
 }
 
-static struct pel_mesh *extract(const struct pel_volume *v, double isovalue, int threads)
+static struct pel_mesh *extract_within(const struct pel_volume *v, double isovalue, double tolerance, int threads)
 {
-    struct pel_mesh_params params = { .isovalues = { isovalue }, .isovalue_count = 1, .threads = threads };
+    struct pel_mesh_params params = { .isovalues = { isovalue }, .isovalue_count = 1, .tolerance = tolerance, .threads = threads };
     struct pel_error error = PEL_ERROR_INIT;
     struct pel_mesh *mesh = pel_mesh_extract(v, &params, &error);
     if (!mesh)
         fail_msg("%s", error.message);
     return mesh;
+}
+
+static struct pel_mesh *extract(const struct pel_volume *v, double isovalue, int threads)
+{
+    return extract_within(v, isovalue, 0, threads);
 }
 
 static void expect_same(const struct pel_mesh *a, const struct pel_mesh *b)
@@ -297,7 +302,7 @@ static size_t count_on_edges(const struct pel_volume *v, const struct pel_mesh *
         int whole = 0;
         index_of(v, mesh, i, p);
         for (int a = 0; a < 3; a++)
-            whole += fabs(p[a] - round(p[a])) < 1e-4;
+            whole += fabs(p[a] - round(p[a])) < 1e-5;
         count += whole >= 2;
     }
     return count;
@@ -315,11 +320,14 @@ static void test_noise(void **state)
         make_noise(&v, sizes[i / 2][0], sizes[i / 2][1], sizes[i / 2][2], smooth);
         for (int k = 1; k < 6; k++) {
             double isovalue = smooth ? k / 6.0 : k;
-            struct pel_mesh *mesh = extract(&v, isovalue, 2);
-            expect_watertight(&v, mesh);
-            size_t on_edges = count_on_edges(&v, mesh), cuts = count_cuts(&v, isovalue);
-            assert_true(smooth ? on_edges == cuts : on_edges >= cuts); /* a mean of places that are voxels may be one */
-            pel_mesh_destroy(mesh);
+            size_t cuts = count_cuts(&v, isovalue);
+            for (int finer = 0; finer < 3; finer++) {
+                struct pel_mesh *mesh = extract_within(&v, isovalue, finer == 2 ? 0.001 : finer * 0.05, 2);
+                expect_watertight(&v, mesh);
+                size_t on_edges = count_on_edges(&v, mesh);
+                assert_true(smooth ? on_edges == cuts : on_edges >= cuts); /* a mean of places that are voxels may be one */
+                pel_mesh_destroy(mesh);
+            }
         }
         pel_volume_finish(&v);
     }
@@ -338,7 +346,7 @@ static void test_closed_noise(void **state)
                 if (!x || !y || !z || x == 32 || y == 29 || z == 34)
                     ((float *)v.data)[(z * 30 + y) * 33 + x] = 0;
     for (int k = 1; k < 6; k++) {
-        struct pel_mesh *mesh = extract(&v, k / 6.0, 2);
+        struct pel_mesh *mesh = extract_within(&v, k / 6.0, k % 2 * 0.05, 2);
         assert_int_equal(expect_watertight(&v, mesh) % 2, 0);
         assert_int_equal(pel_mesh_open_edges(mesh), 0);
         assert_true(enclosed(mesh) > 0);
@@ -360,7 +368,7 @@ static void test_voids(void **state)
                 ((float *)v.data)[i] = round & 1 ? 2 : NAN;
         v.has_void = round & 1;
         v.void_value = 2;
-        struct pel_mesh *mesh = extract(&v, 0.5, 1);
+        struct pel_mesh *mesh = extract_within(&v, 0.5, round / 2 * 0.03, 1);
         assert_int_equal(count_on_edges(&v, mesh), count_cuts(&v, 0.5));
         for (size_t t = 0; t < mesh->triangle_count; t++) {
             double middle[3] = { 0, 0, 0 };
@@ -419,16 +427,78 @@ static void test_placement(void **state)
     pel_volume_finish(&v);
 }
 
+/* How far the trilinear signal is from the isovalue, in the direction of its gradient: about how far away its surface is. */
+static double off_by(const struct pel_volume *v, const double p[3], double isovalue)
+{
+    size_t c[3];
+    double f[3], g[3] = { 0, 0, 0 }, value = -isovalue;
+    for (int a = 0; a < 3; a++) {
+        c[a] = (size_t)fmin(fmax(p[a], 0), (double)v->dims[a] - 2);
+        f[a] = p[a] - (double)c[a];
+    }
+    for (size_t i = 0; i < 8; i++) {
+        const double o[3] = { (double)(i & 1), (double)(i >> 1 & 1), (double)(i >> 2) };
+        double at = pel_volume_get(v, c[0] + (i & 1), c[1] + (i >> 1 & 1), c[2] + (i >> 2), 0), w[3];
+        for (int a = 0; a < 3; a++)
+            w[a] = o[a] > 0 ? f[a] : 1 - f[a];
+        value += at * w[0] * w[1] * w[2];
+        for (int a = 0; a < 3; a++)
+            g[a] += at * (o[a] > 0 ? 1 : -1) * w[(a + 1) % 3] * w[(a + 2) % 3];
+    }
+    return fabs(value) / fmax(sqrt(g[0] * g[0] + g[1] * g[1] + g[2] * g[2]), 1e-3);
+}
+
+/* Mean over the triangles' areas of how far their middles are off. */
+static double mean_distance(const struct pel_volume *v, const struct pel_mesh *mesh, double isovalue)
+{
+    double sum = 0, areas = 0;
+    for (size_t t = 0; t < mesh->triangle_count; t++) {
+        double p[3][3], middle[3], n[3];
+        for (int c = 0; c < 3; c++)
+            index_of(v, mesh, mesh->triangles[t][c], p[c]);
+        for (int a = 0; a < 3; a++) {
+            int b = (a + 1) % 3, c = (a + 2) % 3;
+            middle[a] = (p[0][a] + p[1][a] + p[2][a]) / 3;
+            n[a] = (p[1][b] - p[0][b]) * (p[2][c] - p[0][c]) - (p[1][c] - p[0][c]) * (p[2][b] - p[0][b]);
+        }
+        double area = sqrt(n[0] * n[0] + n[1] * n[1] + n[2] * n[2]);
+        sum += area * off_by(v, middle, isovalue);
+        areas += area;
+    }
+    return sum / areas;
+}
+
+/* With a tolerance the surface goes where the trilinear signal's does. In noise, which is curved as nothing else is. */
+static void test_tolerance(void **state)
+{
+    (void)state;
+    struct pel_volume v;
+    seed = 13;
+    make_noise(&v, 20, 20, 20, true);
+    struct pel_mesh *plain = extract(&v, 0.5, 2), *finer = extract_within(&v, 0.5, 0.05, 2), *finest = extract_within(&v, 0.5, 1e-4, 2);
+    double off[3] = { mean_distance(&v, plain, 0.5), mean_distance(&v, finer, 0.5), mean_distance(&v, finest, 0.5) };
+    print_message("%zu, %zu and %zu triangles: %.4f, %.4f and %.4f voxels off in the mean\n", plain->triangle_count, finer->triangle_count,
+                  finest->triangle_count, off[0], off[1], off[2]);
+    assert_true(off[1] < 0.4 * off[0] && off[2] < off[1]);
+    assert_true(plain->triangle_count < finer->triangle_count && finer->triangle_count < finest->triangle_count);
+    pel_mesh_destroy(plain);
+    pel_mesh_destroy(finer);
+    pel_mesh_destroy(finest);
+    pel_volume_finish(&v);
+}
+
 static void test_threads(void **state)
 {
     (void)state;
     struct pel_volume v;
     seed = 5;
     make_noise(&v, 40, 37, 43, true);
-    struct pel_mesh *one = extract(&v, 0.4, 1), *four = extract(&v, 0.4, 4);
-    expect_same(one, four);
-    pel_mesh_destroy(one);
-    pel_mesh_destroy(four);
+    for (int i = 0; i < 2; i++) {
+        struct pel_mesh *one = extract_within(&v, 0.4, i * 0.02, 1), *four = extract_within(&v, 0.4, i * 0.02, 4);
+        expect_same(one, four);
+        pel_mesh_destroy(one);
+        pel_mesh_destroy(four);
+    }
     pel_volume_finish(&v);
 }
 
@@ -511,10 +581,11 @@ static void test_refusals(void **state)
     const size_t dims[3] = { 4, 4, 1 };
     make(&v, "sphere", "16");
     struct pel_mesh_params none = PEL_MESH_PARAMS_INIT, bad = { .isovalues = { 0, NAN }, .isovalue_count = 2 },
-                           one = { .isovalues = { 0 }, .isovalue_count = 1 }, stopped = one;
+                           below = { .isovalue_count = 1, .tolerance = -1 }, one = { .isovalues = { 0 }, .isovalue_count = 1 }, stopped = one;
     stopped.progress = (struct pel_progress){ cancel, NULL };
     expect_refused(&v, &none, PEL_ERROR_ARGUMENT, "isovalues");
     expect_refused(&v, &bad, PEL_ERROR_ARGUMENT, "not finite");
+    expect_refused(&v, &below, PEL_ERROR_ARGUMENT, "tolerance");
     expect_refused(&v, &stopped, PEL_ERROR_CANCELLED, "");
     pel_volume_init(&flat);
     assert_true(pel_volume_allocate(&flat, dims, PEL_U8, 1, NULL));
@@ -532,7 +603,7 @@ int main(void)
         cmocka_unit_test(test_sphere),    cmocka_unit_test(test_torus), cmocka_unit_test(test_gyroid),
         cmocka_unit_test(test_noise),     cmocka_unit_test(test_closed_noise), cmocka_unit_test(test_voids),
         cmocka_unit_test(test_placement), cmocka_unit_test(test_threads), cmocka_unit_test(test_types),
-        cmocka_unit_test(test_parts),     cmocka_unit_test(test_refusals),
+        cmocka_unit_test(test_parts),     cmocka_unit_test(test_tolerance), cmocka_unit_test(test_refusals),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

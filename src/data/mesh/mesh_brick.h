@@ -55,7 +55,7 @@ struct pel_cell_values {
 
 /* Where an edge is cut. */
 void pel_curve_on_edge(const struct pel_cell_values *values, int edge, double place[3]);
-/* Amidst the segment over a face between two of its edges, and how far that is from the middle between their cuts, in voxels. */
+/* Amidst the segment over a face between two of its edges, and how far that is from the straight line between their cuts, in voxels. */
 double pel_curve_on_face(const struct pel_cell_values *values, int face, const int edges[2], const double ends[2][3], double place[3]);
 /* From a place to the surface near it, and how far it was, in voxels; the place stays where the way is not clear. */
 double pel_curve_to_surface(const struct pel_cell_values *values, double place[3]);

@@ -17,8 +17,9 @@ void pel_curve_on_edge(const struct pel_cell_values *v, int edge, double place[3
     place[edge / 4] = part >= 0 && part <= 1 ? part : 0.5; /* values so large that their difference is not finite */
 }
 
-/* Between opposite edges: halfway, on the line across, where the bilinear signal is linear. `along`: the axis of the two edges. */
-static double straight(const struct pel_cell_values *v, int face, int along, int across, double place[3])
+/* Between opposite edges: halfway, on the line across, where the bilinear signal is linear. `along`: the axis of the two edges; `lean`: how
+ * far apart along it the cuts are. */
+static double straight(const struct pel_cell_values *v, int face, int along, int across, double lean, double place[3])
 {
     const int low = face % 2 << face / 2;
     double a = v->corner[low] + v->corner[low | 1 << across], b = v->corner[low | 1 << along] + v->corner[low | 1 << along | 1 << across];
@@ -26,7 +27,7 @@ static double straight(const struct pel_cell_values *v, int face, int along, int
     if (!(part >= 0 && part <= 1))
         return 0;
     place[along] = part;
-    return away;
+    return away / hypot(1, lean);
 }
 
 /* Around a corner, between the cuts of the two edges that meet in it: where the diagonal from the corner to the opposite corner of the
@@ -45,7 +46,8 @@ static double around(const struct pel_cell_values *v, int corner, const int axes
     double t = 1 / (1 + sqrt(1 - q));
     for (int i = 0; i < 2; i++)
         place[axes[i]] = corner >> axes[i] & 1 ? 1 - t * sides[i] : t * sides[i];
-    return fabs(t - 0.5) * hypot(sides[0], sides[1]);
+    double length = hypot(sides[0], sides[1]);
+    return length > 0 ? fabs(2 * t - 1) * sides[0] * sides[1] / length : 0;
 }
 
 double pel_curve_on_face(const struct pel_cell_values *v, int face, const int edges[2], const double ends[2][3], double place[3])
@@ -55,7 +57,7 @@ double pel_curve_on_face(const struct pel_cell_values *v, int face, const int ed
     for (int a = 0; a < 3; a++)
         place[a] = (ends[0][a] + ends[1][a]) / 2;
     if (edges[0] / 4 == edges[1] / 4)
-        return straight(v, face, edges[0] / 4, axes[edges[0] / 4 == axes[0]], place);
+        return straight(v, face, edges[0] / 4, axes[edges[0] / 4 == axes[0]], ends[0][edges[0] / 4] - ends[1][edges[0] / 4], place);
     pel_cell_edge(edges[0], first);
     pel_cell_edge(edges[1], second);
     int corner = first[0] == second[0] || first[0] == second[1] ? first[0] : first[1];
@@ -79,16 +81,18 @@ static double signal(const struct pel_cell_values *v, const double p[3], double 
     return low + p[2] * (high - low);
 }
 
-/* Newton's steps along the gradient; the surface is nearly flat over a cell, or the way leads out of it. */
+/* Newton's steps along the gradient; the surface is nearly flat over a cell, or the way leads out of it. A vertex amidst the cell stays off
+ * its faces, where it would lie among the neighbour's triangles. */
 double pel_curve_to_surface(const struct pel_cell_values *v, double place[3])
 {
+    const double edge = 1e-3;
     double p[3] = { place[0], place[1], place[2] }, gradient[3], first = fabs(signal(v, p, gradient)), value = first;
     for (int i = 0; i < 5 && value != 0; i++) {
         double square = pel_dot(gradient, gradient), g = signal(v, p, gradient);
         if (!(square > 0) || !isfinite(g))
             return 0;
         for (int a = 0; a < 3; a++)
-            p[a] = pel_clamp(p[a] - g * gradient[a] / square, 0, 1);
+            p[a] = pel_clamp(p[a] - g * gradient[a] / square, edge, 1 - edge);
         value = fabs(signal(v, p, gradient));
     }
     double way[3];
