@@ -28,7 +28,7 @@ void main()
 #ifdef LIST
     uint node = atomicAdd(list_count, 1u);
     if (node < mesh.room.x) {
-        uint before = atomicExchange(list_head[uint(pixel.y) * uint(job.picture.x) + uint(pixel.x)], node);
+        uint before = atomicExchange(list_head[uint(gl_FragCoord.y) * uint(job.picture.x) + uint(gl_FragCoord.x)], node);
         list_link[node] = uvec2(before, surface);
         list_node[node] = vec4(lit, on_plane(mesh.depth, place));
     }

@@ -25,8 +25,8 @@ void pel_mesh_renderer_destroy(struct pel_mesh_renderer *m)
     if (!m)
         return;
     struct pel_device *d = m->device;
-    struct pel_texture *textures[] = { &m->pictures[0], &m->pictures[1], &m->z, &m->depth };
-    struct pel_target *targets[] = { &m->surface_target, &m->targets[0], &m->targets[1], &m->depth_target };
+    struct pel_texture *textures[] = { &m->picture, &m->finished, &m->z, &m->depth };
+    struct pel_target *targets[] = { &m->surface_target, &m->finished_target };
     struct pel_buffer *buffers[] = { &m->block, &m->mesh_block, &m->heads, &m->links, &m->nodes };
     for (size_t i = 0; i < sizeof targets / sizeof *targets; i++)
         pel_target_destroy(d, targets[i]);
@@ -126,13 +126,12 @@ static bool reserve(struct pel_mesh_renderer *m, const struct pel_image *image, 
     const int most = d->info.max_texture_2d, w = image->width, h = image->height;
     if (w > most || h > most || (uint64_t)w * (uint64_t)h > INT32_MAX / (4 * sizeof(float)))
         return pel_fail(error, PEL_ERROR_UNSUPPORTED, "a picture of %d x %d is more than the GPU engine draws", w, h);
-    return pel_texture_reserve(d, &m->pictures[0], GL_RGBA32F, w, h, 0, GL_NEAREST, error) &&
-           pel_texture_reserve(d, &m->pictures[1], GL_RGBA32F, w, h, 0, GL_NEAREST, error) &&
+    return pel_texture_reserve(d, &m->picture, GL_RGBA32F, w, h, 0, GL_NEAREST, error) &&
+           pel_texture_reserve(d, &m->finished, GL_RGBA32F, w, h, 0, GL_NEAREST, error) &&
            pel_texture_reserve(d, &m->z, GL_DEPTH_COMPONENT32F, w, h, 0, GL_NEAREST, error) &&
            pel_texture_reserve(d, &m->depth, GL_R32F, w, h, 0, GL_NEAREST, error) &&
-           pel_target_set(d, &m->surface_target, &m->pictures[0], &m->z, error) &&
-           pel_target_set(d, &m->targets[0], &m->pictures[0], NULL, error) &&
-           pel_target_set(d, &m->targets[1], &m->pictures[1], NULL, error) && pel_target_set(d, &m->depth_target, &m->depth, NULL, error);
+           pel_target_set(d, &m->surface_target, &m->picture, &m->z, error) &&
+           pel_target_set(d, &m->finished_target, &m->finished, NULL, error);
 }
 
 static void begin_stage(struct pel_mesh_renderer *m, enum pel_mesh_stage stage, const char *name)
@@ -166,10 +165,10 @@ static bool draw_passes(struct pel_mesh_renderer *m, const struct pel_frame *fra
     return ok;
 }
 
-static bool read_back(struct pel_mesh_renderer *m, struct pel_image *image, struct pel_error *error)
+static bool read_back(struct pel_mesh_renderer *m, struct pel_image *image, bool finished, struct pel_error *error)
 {
     GLsizei pixels = image->width * image->height;
-    glGetTextureImage(m->pictures[m->shown].name, 0, GL_RGBA, GL_FLOAT, pixels * 4 * (GLsizei)sizeof(float), image->rgba);
+    glGetTextureImage(finished ? m->finished.name : m->picture.name, 0, GL_RGBA, GL_FLOAT, pixels * 4 * (GLsizei)sizeof(float), image->rgba);
     if (image->depth)
         glGetTextureImage(m->depth.name, 0, GL_RED, GL_FLOAT, pixels * (GLsizei)sizeof(float), image->depth);
     return pel_device_check(m->device, "reading the picture back", error);
@@ -199,7 +198,7 @@ bool pel_mesh_renderer_draw(struct pel_mesh_renderer *m, const struct pel_frame 
     bool ok = draw_passes(m, frame, error);
     glClipControl(GL_LOWER_LEFT, GL_NEGATIVE_ONE_TO_ONE);
     double start = pel_now_ms();
-    ok = ok && read_back(m, frame->image, error);
+    ok = ok && read_back(m, frame->image, frame->scene->linear_light, error);
     if (ok) {
         pel_frame_stage(frame, "read back", start);
         note(m, frame);

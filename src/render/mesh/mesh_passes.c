@@ -22,14 +22,16 @@ static bool any_translucent(const struct pel_mesh_renderer *m)
     return false;
 }
 
-static bool use(struct pel_mesh_renderer *m, const char *vertex, const char *fragment, bool list, GLuint *program, struct pel_error *error)
+/* `vertex` NULL: a program that computes. */
+static bool use(struct pel_mesh_renderer *m, const char *vertex, const char *file, bool list, GLuint *program, struct pel_error *error)
 {
     char defines[64] = "";
     if (m->job.headlight_only)
         strcat(defines, "#define HEADLIGHTS\n");
     if (list)
         strcat(defines, "#define LIST\n");
-    *program = pel_programs_find_drawing(m->device, &m->programs, vertex, fragment, defines, error);
+    *program = vertex ? pel_programs_find_drawing(m->device, &m->programs, vertex, file, defines, error)
+                      : pel_programs_find(m->device, &m->programs, file, defines, error);
     if (*program)
         glUseProgram(*program);
     return *program != 0;
@@ -40,18 +42,17 @@ static void begin(const struct pel_mesh_renderer *m, const struct pel_target *ta
     pel_pass_begin(target, pass, m->job.width, m->job.height);
 }
 
-/* A pass over the whole picture, which reads a texture. */
-static bool draw_whole(struct pel_mesh_renderer *m, const struct pel_target *target, const char *fragment, const struct pel_texture *from,
-                       bool list, struct pel_error *error)
+/* Computes something for each pixel, into a texture. */
+static bool compute_whole(struct pel_mesh_renderer *m, const char *file, const struct pel_texture *to, bool list, struct pel_error *error)
 {
+    enum { GROUP = 8 };
     GLuint program;
-    const struct pel_pass pass = { .color_write = true };
-    if (!use(m, "whole_vertex.glsl", fragment, list, &program, error) || !pel_vertices_bind(m->device, &m->whole, error))
+    if (!use(m, NULL, file, list, &program, error))
         return false;
-    glBindTextureUnit(PEL_UNIT_PICTURE, from->name);
-    begin(m, target, &pass);
-    glDrawArrays(GL_TRIANGLES, 0, 3);
-    return pel_device_check(m->device, fragment, error);
+    glBindImageTexture(0, to->name, 0, GL_FALSE, 0, GL_READ_WRITE, to->format);
+    glDispatchCompute((GLuint)(m->job.width - 1) / GROUP + 1, (GLuint)(m->job.height - 1) / GROUP + 1, 1);
+    glMemoryBarrier(GL_TEXTURE_FETCH_BARRIER_BIT | GL_TEXTURE_UPDATE_BARRIER_BIT);
+    return pel_device_check(m->device, file, error);
 }
 
 /* The triangles of all surfaces that are opaque, or of all that are not. */
@@ -82,7 +83,7 @@ bool pel_mesh_draw_opaque(struct pel_mesh_renderer *m, struct pel_error *error)
     glClearNamedFramebufferfv(m->surface_target.name, GL_COLOR, 0, nothing);
     glClearNamedFramebufferfv(m->surface_target.name, GL_DEPTH, 0, nothing); /* 0 is infinitely far */
     draw_surfaces(m, program, true);
-    m->shown = 0;
+    glMemoryBarrier(GL_SHADER_IMAGE_ACCESS_BARRIER_BIT);
     return pel_device_check(m->device, "opaque surfaces", error);
 }
 
@@ -143,20 +144,26 @@ bool pel_mesh_draw_translucent(struct pel_mesh_renderer *m, struct pel_error *er
     if (!pel_buffer_fill(m->device, &m->heads, NULL, (LIST_HEADER + pixels) * sizeof(uint32_t), error) ||
         (!m->view.room[0] && !pel_mesh_reserve_lists(m, 2 * pixels, error)) || !gather(m, error))
         return false;
-    m->shown = 1;
-    return draw_whole(m, &m->targets[1], "mesh_resolve_fragment.glsl", &m->pictures[0], true, error);
+    return compute_whole(m, "mesh_resolve.glsl", &m->picture, true, error);
 }
 
 /* ---- after the surfaces ---- */
 
 bool pel_mesh_find_depth(struct pel_mesh_renderer *m, struct pel_error *error)
 {
-    return draw_whole(m, &m->depth_target, "mesh_depth_fragment.glsl", &m->z, any_translucent(m), error);
+    glBindTextureUnit(PEL_UNIT_PICTURE, m->z.name);
+    return compute_whole(m, "mesh_depth.glsl", &m->depth, any_translucent(m), error);
 }
 
 bool pel_mesh_to_display(struct pel_mesh_renderer *m, struct pel_error *error)
 {
-    const struct pel_texture *from = &m->pictures[m->shown];
-    m->shown = !m->shown;
-    return draw_whole(m, &m->targets[m->shown], "finish_fragment.glsl", from, false, error);
+    const struct pel_pass pass = { .color_write = true };
+    GLuint program;
+    if (!use(m, "whole_vertex.glsl", "finish_fragment.glsl", false, &program, error) ||
+        !pel_vertices_bind(m->device, &m->whole, error))
+        return false;
+    glBindTextureUnit(PEL_UNIT_PICTURE, m->picture.name);
+    begin(m, &m->finished_target, &pass);
+    glDrawArrays(GL_TRIANGLES, 0, 3);
+    return pel_device_check(m->device, "display values", error);
 }

@@ -47,12 +47,11 @@ struct pel_mesh_renderer {
     /* With the view. */
     struct pel_mesh_block view;
     struct pel_buffer block, mesh_block;
-    struct pel_texture pictures[2], z, depth; /* pictures: what is opaque, then what comes of it */
-    struct pel_target surface_target, targets[2], depth_target;
+    struct pel_texture picture, finished, z, depth; /* finished: in display values, where colours were gathered in linear light */
+    struct pel_target surface_target, finished_target;
     struct pel_vertices whole;
     struct pel_buffer heads, links, nodes; /* lists of translucent fragments */
     uint32_t listed;                       /* fragments in them */
-    int shown;                             /* the picture that holds the result */
     struct pel_gpu_timer timers[PEL_MESH_STAGES];
     double milliseconds[PEL_MESH_STAGES];
 };
