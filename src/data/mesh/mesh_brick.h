@@ -8,12 +8,13 @@
 enum {
     PEL_BRICK_SIDE = PEL_CELL_SIZE + 1,
     PEL_BRICK_HALO = PEL_BRICK_SIDE + 2, /* voxels along an axis with those that gradients need */
-    PEL_BRICK_KINDS = 9,                 /* of places for vertices at a voxel: the edge along each axis, and two on the face across each */
+    PEL_BRICK_BENDS = 3,                 /* vertices that a segment over a face may have */
+    PEL_BRICK_KINDS = 3 + 6 * PEL_BRICK_BENDS, /* of places for vertices at a voxel: the edge along each axis, two segments on the face across each */
 };
 #define PEL_NO_VERTEX UINT32_MAX
 
 /* Vertices of the slab by where they lie: on the edge from voxel (x, y, z) along `axis` (kind = axis), or on the face that begins there
- * across `axis` (kind = 3 + 2 axis, and one more for its other segment). */
+ * across `axis` (from kind = 3 + 2 axis PEL_BRICK_BENDS on, its two segments). Without a tolerance there are but the first three kinds. */
 struct pel_brick_numbers {
     uint32_t at[PEL_BRICK_KINDS][PEL_BRICK_SIDE][PEL_BRICK_SIDE][PEL_BRICK_SIDE]; /* kind, z, y, x */
     bool any; /* false: nothing of it is set */
@@ -55,8 +56,20 @@ struct pel_cell_values {
 
 /* Where an edge is cut. */
 void pel_curve_on_edge(const struct pel_cell_values *values, int edge, double place[3]);
-/* Amidst the segment over a face between two of its edges, and how far that is from the straight line between their cuts, in voxels. */
-double pel_curve_on_face(const struct pel_cell_values *values, int face, const int edges[2], const double ends[2][3], double place[3]);
+/* A segment over a face between two of its edges, from the one that both cells beside the face call the first. */
+struct pel_curve {
+    double ends[2][3];
+    bool turned;  /* the first end is on the second edge that was given */
+    bool corner;  /* around a corner of the face, else from side to side */
+    int axes[2];  /* of the face; from side to side: along the edges, across */
+    int low;      /* the corner around which, or the face's lowest */
+    double q, sides[2];
+};
+void pel_curve_start(struct pel_curve *curve, const struct pel_cell_values *values, int face, const int edges[2], const double ends[2][3]);
+/* The place at a part of the segment, 0 to 1. */
+void pel_curve_at(const struct pel_curve *curve, const struct pel_cell_values *values, double part, double place[3]);
+/* How far a place is from a straight line. */
+double pel_curve_off(const double place[3], const double from[3], const double to[3]);
 /* From a place to the surface near it, and how far it was, in voxels; the place stays where the way is not clear. */
 double pel_curve_to_surface(const struct pel_cell_values *values, double place[3]);
 

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /* The surface in one cell: its loops, their vertices, their triangles. Marching cubes ends with vertices on edges. Where a tolerance is asked
- * for, a segment over a face that bends more than it gets a vertex amidst, which both cells beside the face find as they look at its four
- * values alone; and a loop that bulges more than it is filled around a vertex in its middle. */
+ * for, a segment over a face that bends more than it gets one or three vertices on its way, which both cells beside the face find as they
+ * look at its four values alone; and a loop that bulges more than it is filled around a vertex in its middle, with a ring about it if need be. */
 #include <math.h>
 #include <string.h>
 
@@ -103,30 +103,53 @@ static bool share_vertex(const struct cell *c, int kind, int corner, struct poin
 /* Of the two segments that a face may have, the second is that without the face's lowest edge. */
 static int face_kind(int face, const int edges[2])
 {
-    const int lowest = 4 * (face < 2 ? 1 : 0) + (face < 2 ? face % 2 : face < 4 ? face % 2 : face % 2 * 2);
-    return 3 + 2 * (face / 2) + (edges[0] != lowest && edges[1] != lowest);
+    const int lowest = 4 * (face < 2 ? 1 : 0) + (face < 4 ? face % 2 : face % 2 * 2);
+    return 3 + (2 * (face / 2) + (edges[0] != lowest && edges[1] != lowest)) * PEL_BRICK_BENDS;
 }
 
-/* The corners of a loop: where edges are cut, and with a tolerance where segments bend. Returns how many, or 0 on failure. */
-static int trace(struct cell *c, const struct pel_cell_loop *loop, struct point points[24])
+/* The vertices on the way of a segment, appended in the order of the loop; -1 on failure, else how many. At halves, and where that is not
+ * enough, at quarters. */
+static int bend(struct cell *c, int face, const int edges[2], struct point *points)
 {
     const double tolerance = c->brick->work->tolerance;
+    const double (*ends)[3] = (const double[2][3]){ { c->cuts[edges[0]].place[0], c->cuts[edges[0]].place[1], c->cuts[edges[0]].place[2] },
+                                                    { c->cuts[edges[1]].place[0], c->cuts[edges[1]].place[1], c->cuts[edges[1]].place[2] } };
+    struct pel_curve curve;
+    double places[PEL_BRICK_BENDS][3];
+    int count = 0;
+    pel_curve_start(&curve, &c->values, face, edges, ends);
+    for (int i = 0; i < PEL_BRICK_BENDS; i++)
+        pel_curve_at(&curve, &c->values, (i + 1) / 4.0, places[i]);
+    if (pel_curve_off(places[1], curve.ends[0], curve.ends[1]) <= tolerance)
+        return 0;
+    const bool there[3] = { pel_curve_off(places[0], curve.ends[0], places[1]) > tolerance, true,
+                            pel_curve_off(places[2], places[1], curve.ends[1]) > tolerance };
+    for (int i = 0; i < PEL_BRICK_BENDS; i++) {
+        const int at = curve.turned ? PEL_BRICK_BENDS - 1 - i : i;
+        if (!there[at])
+            continue;
+        memcpy(points[count].place, places[at], sizeof places[at]);
+        if (!share_vertex(c, face_kind(face, edges) + at, face % 2 << face / 2, &points[count]))
+            return -1;
+        count++;
+    }
+    return count;
+}
+
+enum { MOST_POINTS = 12 * (1 + PEL_BRICK_BENDS) };
+
+/* The corners of a loop: where edges are cut, and with a tolerance where segments bend. Returns how many, or 0 on failure. */
+static int trace(struct cell *c, const struct pel_cell_loop *loop, struct point points[MOST_POINTS])
+{
     int count = 0;
     for (int i = 0; i < loop->count; i++) {
-        const int at = loop->first + i, after = loop->first + (i + 1) % loop->count, face = c->entry->faces[at];
+        const int at = loop->first + i, after = loop->first + (i + 1) % loop->count;
         const int edges[2] = { c->entry->edges[at], c->entry->edges[after] };
         points[count++] = c->cuts[edges[0]];
-        if (!(tolerance > 0))
-            continue;
-        double ends[2][3];
-        memcpy(ends[0], c->cuts[edges[0]].place, sizeof ends[0]);
-        memcpy(ends[1], c->cuts[edges[1]].place, sizeof ends[1]);
-        struct point *bend = &points[count];
-        if (pel_curve_on_face(&c->values, face, edges, (const double(*)[3])ends, bend->place) <= tolerance)
-            continue;
-        if (!share_vertex(c, face_kind(face, edges), face % 2 << face / 2, bend))
+        int bends = c->brick->work->tolerance > 0 ? bend(c, c->entry->faces[at], edges, points + count) : 0;
+        if (bends < 0)
             return 0;
-        count++;
+        count += bends;
     }
     return count;
 }
@@ -137,10 +160,36 @@ static bool add_triangle(const struct cell *c, uint32_t p, uint32_t q, uint32_t 
     return pel_mesh_add_triangle(c->brick->slab, p, mirrored ? r : q, mirrored ? q : r, c->brick->error);
 }
 
-static bool fill_around(const struct cell *c, const struct point *points, int count, const double middle[3])
+/* A ring of vertices halfway to the middle, where straight lines to the middle would leave the surface. Its triangles, and the ring in the
+ * place of the points. False on failure. */
+static bool add_ring(const struct cell *c, struct point *points, int count, const double middle[3])
+{
+    struct point ring[MOST_POINTS];
+    double farthest = 0;
+    for (int i = 0; i < count; i++) {
+        for (int a = 0; a < 3; a++)
+            ring[i].place[a] = (points[i].place[a] + middle[a]) / 2;
+        farthest = fmax(farthest, pel_curve_to_surface(&c->values, ring[i].place));
+    }
+    if (!(farthest > c->brick->work->tolerance))
+        return true;
+    for (int i = 0; i < count; i++)
+        if (!make_vertex(c, ring[i].place, -1, &ring[i].vertex))
+            return false;
+    for (int i = 0; i < count; i++) {
+        const int next = (i + 1) % count;
+        if (!add_triangle(c, points[i].vertex, points[next].vertex, ring[next].vertex) ||
+            !add_triangle(c, points[i].vertex, ring[next].vertex, ring[i].vertex))
+            return false;
+    }
+    memcpy(points, ring, (size_t)count * sizeof *points);
+    return true;
+}
+
+static bool fill_around(const struct cell *c, struct point *points, int count, const double middle[3])
 {
     uint32_t centre;
-    if (!make_vertex(c, middle, -1, &centre))
+    if ((c->brick->work->tolerance > 0 && !add_ring(c, points, count, middle)) || !make_vertex(c, middle, -1, &centre))
         return false;
     for (int i = 0; i < count; i++)
         if (!add_triangle(c, points[i].vertex, points[(i + 1) % count].vertex, centre))
@@ -151,7 +200,7 @@ static bool fill_around(const struct cell *c, const struct point *points, int co
 static bool fill(struct cell *c, const struct pel_cell_loop *loop)
 {
     const double tolerance = c->brick->work->tolerance;
-    struct point points[24];
+    struct point points[MOST_POINTS];
     double middle[3] = { 0, 0, 0 };
     int count = trace(c, loop, points);
     for (int i = 0; i < count; i++)

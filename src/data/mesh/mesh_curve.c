@@ -17,51 +17,64 @@ void pel_curve_on_edge(const struct pel_cell_values *v, int edge, double place[3
     place[edge / 4] = part >= 0 && part <= 1 ? part : 0.5; /* values so large that their difference is not finite */
 }
 
-/* Between opposite edges: halfway, on the line across, where the bilinear signal is linear. `along`: the axis of the two edges; `lean`: how
- * far apart along it the cuts are. */
-static double straight(const struct pel_cell_values *v, int face, int along, int across, double lean, double place[3])
-{
-    const int low = face % 2 << face / 2;
-    double a = v->corner[low] + v->corner[low | 1 << across], b = v->corner[low | 1 << along] + v->corner[low | 1 << along | 1 << across];
-    double part = a / (a - b), away = fabs(part - place[along]);
-    if (!(part >= 0 && part <= 1))
-        return 0;
-    place[along] = part;
-    return away / hypot(1, lean);
-}
-
-/* Around a corner, between the cuts of the two edges that meet in it: where the diagonal from the corner to the opposite corner of the
- * rectangle with sides a and b meets the hyperbola g (1 - x/a - y/b) + c x y = 0. On it x = t a, y = t b, so 1 - 2 t + q t^2 = 0 with
- * q = a b c / g, which is at most 1 where the segment goes around this corner. */
-static double around(const struct pel_cell_values *v, int corner, const int axes[2], const double ends[2][3], double place[3])
-{
-    double g = v->corner[corner];
-    double c = v->corner[corner ^ 1 << axes[0] ^ 1 << axes[1]] - v->corner[corner ^ 1 << axes[0]] - v->corner[corner ^ 1 << axes[1]] + g;
-    double sides[2];
-    for (int i = 0; i < 2; i++) /* the end that lies off the corner along the axis */
-        sides[i] = fmax(fabs(ends[0][axes[i]] - (corner >> axes[i] & 1)), fabs(ends[1][axes[i]] - (corner >> axes[i] & 1)));
-    double q = sides[0] * sides[1] * c / g;
-    if (!(q <= 1)) /* a cut in the corner itself */
-        return 0;
-    double t = 1 / (1 + sqrt(1 - q));
-    for (int i = 0; i < 2; i++)
-        place[axes[i]] = corner >> axes[i] & 1 ? 1 - t * sides[i] : t * sides[i];
-    double length = hypot(sides[0], sides[1]);
-    return length > 0 ? fabs(2 * t - 1) * sides[0] * sides[1] / length : 0;
-}
-
-double pel_curve_on_face(const struct pel_cell_values *v, int face, const int edges[2], const double ends[2][3], double place[3])
+/* From side to side it is met by lines across the face, on which the bilinear signal is linear. Around a corner, where the cut edges have the
+ * lengths a and b, it is the hyperbola g (1 - x/a - y/b) + c x y = 0, met by rays from the corner: with x = t a (1 - s), y = t b s and
+ * q = a b c / g it is 1 - t + q s (1 - s) t^2 = 0. Where the segment goes around this corner q is at most 1. */
+void pel_curve_start(struct pel_curve *curve, const struct pel_cell_values *v, int face, const int edges[2], const double ends[2][3])
 {
     const int axes[2] = { face < 2 ? 1 : 0, face < 4 ? 2 : 1 };
-    int first[2], second[2];
+    int along[2] = { edges[0] / 4, edges[1] / 4 }, first[2], second[2];
+    *curve = (struct pel_curve) { .corner = along[0] != along[1], .axes = { axes[0], axes[1] }, .low = face % 2 << face / 2 };
+    if (curve->corner) {
+        pel_cell_edge(edges[0], first);
+        pel_cell_edge(edges[1], second);
+        curve->low = first[0] == second[0] || first[0] == second[1] ? first[0] : first[1];
+        curve->turned = along[0] != axes[0];
+    } else {
+        curve->axes[0] = along[0];
+        curve->axes[1] = axes[along[0] == axes[0]];
+        curve->turned = ends[0][curve->axes[1]] > 0.5;
+    }
+    memcpy(curve->ends[0], ends[curve->turned], sizeof curve->ends[0]);
+    memcpy(curve->ends[1], ends[!curve->turned], sizeof curve->ends[1]);
+    if (!curve->corner)
+        return;
+    int low = curve->low, x = 1 << axes[0], y = 1 << axes[1];
+    double g = v->corner[low], c = v->corner[low ^ x ^ y] - v->corner[low ^ x] - v->corner[low ^ y] + g;
+    for (int i = 0; i < 2; i++)
+        curve->sides[i] = fabs(curve->ends[i][axes[i]] - (low >> axes[i] & 1));
+    curve->q = curve->sides[0] * curve->sides[1] * c / g;
+    if (!(curve->q <= 1)) /* a cut in the corner itself, or rounding */
+        curve->q = 0;
+}
+
+void pel_curve_at(const struct pel_curve *curve, const struct pel_cell_values *v, double part, double place[3])
+{
+    const int *axes = curve->axes, low = curve->low;
     for (int a = 0; a < 3; a++)
-        place[a] = (ends[0][a] + ends[1][a]) / 2;
-    if (edges[0] / 4 == edges[1] / 4)
-        return straight(v, face, edges[0] / 4, axes[edges[0] / 4 == axes[0]], ends[0][edges[0] / 4] - ends[1][edges[0] / 4], place);
-    pel_cell_edge(edges[0], first);
-    pel_cell_edge(edges[1], second);
-    int corner = first[0] == second[0] || first[0] == second[1] ? first[0] : first[1];
-    return around(v, corner, axes, ends, place);
+        place[a] = curve->ends[0][a] + part * (curve->ends[1][a] - curve->ends[0][a]);
+    if (curve->corner) {
+        const double ends[2] = { (1 - part) * curve->sides[0], part * curve->sides[1] };
+        double t = 2 / (1 + sqrt(1 - 4 * curve->q * part * (1 - part)));
+        for (int i = 0; i < 2; i++)
+            place[axes[i]] = low >> axes[i] & 1 ? 1 - t * ends[i] : t * ends[i];
+        return;
+    }
+    double a = (1 - part) * v->corner[low] + part * v->corner[low | 1 << axes[1]];
+    double b = (1 - part) * v->corner[low | 1 << axes[0]] + part * v->corner[low | 1 << axes[0] | 1 << axes[1]];
+    double cut = a / (a - b);
+    if (cut >= 0 && cut <= 1)
+        place[axes[0]] = cut;
+}
+
+double pel_curve_off(const double place[3], const double from[3], const double to[3])
+{
+    double line[3], way[3], across[3];
+    pel_sub(to, from, line);
+    pel_sub(place, from, way);
+    pel_cross(line, way, across);
+    double length = pel_length(line);
+    return length > 0 ? pel_length(across) / length : 0;
 }
 
 /* Value and gradient of the trilinear signal. */

@@ -74,12 +74,12 @@ void pel_mesh_slab_finish(struct pel_mesh_slab *s)
 
 /* Takes over the numbers on the faces that the brick shares with those before it along x and along y, and on the line that it shares with the
  * one beyond both: where voids keep the others from it, that one alone may have made a vertex there. */
-static void copy_shared(struct pel_brick_numbers *to, const struct pel_brick_numbers *left, const struct pel_brick_numbers *behind,
+static void copy_shared(struct pel_brick_numbers *to, int kinds, const struct pel_brick_numbers *left, const struct pel_brick_numbers *behind,
                         const struct pel_brick_numbers *beyond)
 {
-    memset(to->at, 0xff, sizeof to->at);
+    memset(to->at, 0xff, (size_t)kinds * sizeof to->at[0]);
     to->any = true;
-    for (int kind = 0; kind < PEL_BRICK_KINDS; kind++)
+    for (int kind = 0; kind < kinds; kind++)
         for (int z = 0; z < SIDE; z++) {
             for (int i = 0; i < SIDE; i++) {
                 if (left && left->any)
@@ -96,11 +96,11 @@ static void copy_shared(struct pel_brick_numbers *to, const struct pel_brick_num
  * bricks belongs to the last that has it: then all that could make a vertex there have been there. */
 static bool note_seams(struct pel_brick *b, size_t brick, const bool last[2])
 {
-    static const int kinds[4] = { 0, 1, 3 + 2 * 2, 3 + 2 * 2 + 1 };
-    const int planes[2] = { 0, b->voxels[2] - 1 }, places = 4 * SIDE * SIDE;
+    enum { KINDS = 2 + 2 * PEL_BRICK_BENDS, FACES = PEL_BRICK_KINDS - 2 * PEL_BRICK_BENDS }; /* those on the faces across z are the last */
+    const int planes[2] = { 0, b->voxels[2] - 1 }, places = (b->work->tolerance > 0 ? KINDS : 2) * SIDE * SIDE;
     for (int side = 0; side < 2; side++)
         for (int i = 0; i < places; i++) {
-            int kind = kinds[i / (SIDE * SIDE)], y = i / SIDE % SIDE, x = i % SIDE;
+            int number = i / (SIDE * SIDE), kind = number < 2 ? number : FACES + number - 2, y = i / SIDE % SIDE, x = i % SIDE;
             bool ours = (x < SIDE - 1 || last[0]) && (y < SIDE - 1 || last[1]);
             uint32_t vertex = b->numbers->at[kind][planes[side]][y][x];
             if (ours && vertex != PEL_NO_VERTEX &&
@@ -123,6 +123,7 @@ bool pel_mesh_slab_make(struct pel_mesh_slab *slab, const struct pel_mesh_work *
     const size_t *n = bricks->dims;
     struct pel_brick_numbers *rows[2] = { scratch, (struct pel_brick_numbers *)scratch + n[0] };
     struct pel_brick b = { .work = work, .slab = slab, .error = error };
+    const int kinds = work->tolerance > 0 ? PEL_BRICK_KINDS : 3;
     for (size_t x = 0; x < n[0]; x++)
         rows[0][x].any = rows[1][x].any = false;
     for (size_t y = 0; y < n[1]; y++) {
@@ -133,7 +134,7 @@ bool pel_mesh_slab_make(struct pel_mesh_slab *slab, const struct pel_mesh_work *
             row[x].any = false;
             if (!((double)bricks->least[at] < work->isovalue && (double)bricks->most[at] >= work->isovalue))
                 continue;
-            copy_shared(&row[x], x ? &row[x - 1] : NULL, y ? &before[x] : NULL, y && x + 1 < n[0] ? &before[x + 1] : NULL);
+            copy_shared(&row[x], kinds, x ? &row[x - 1] : NULL, y ? &before[x] : NULL, y && x + 1 < n[0] ? &before[x + 1] : NULL);
             b.first[0] = x * PEL_CELL_SIZE, b.first[1] = y * PEL_CELL_SIZE, b.first[2] = bz * PEL_CELL_SIZE;
             b.numbers = &row[x];
             pel_brick_load(&b);

@@ -14,7 +14,7 @@ static const struct pel_option options[] = {
       PEL_OPTION_CHOICE, AT(extract), 0, 0, "cpu", extracts, NULL },
     { "tolerance", "Tolerance",
       "How far triangles may lie from the surface, which is curved within a voxel, before vertices are added; 0 adds none, as marching cubes",
-      PEL_OPTION_DOUBLE, AT(tolerance), 0, 1, "0.05", NULL, "voxels" },
+      PEL_OPTION_DOUBLE, AT(tolerance), 0, 1, "0.02", NULL, "voxels" },
     { NULL },
 };
 #undef AT
