@@ -3,21 +3,6 @@
 
 #include <string.h>
 
-void pel_cell_edge(int edge, int corners[2])
-{
-    int axis = edge / 4, b = axis == 0 ? 1 : 0, c = axis == 2 ? 1 : 2;
-    corners[0] = (edge & 1) << b | (edge >> 1 & 1) << c;
-    corners[1] = corners[0] | 1 << axis;
-}
-
-void pel_cell_face(int face, int corners[4])
-{
-    int axis = face / 2, side = face % 2, b = (axis + 1) % 3, c = (axis + 2) % 3;
-    const int around[4] = { 0, 1 << b, 1 << b | 1 << c, 1 << c }; /* counter-clockwise as seen from high on the axis */
-    for (int i = 0; i < 4; i++)
-        corners[i] = around[side ? i : 3 - i] | side << axis;
-}
-
 static int edge_between(int from, int to)
 {
     for (int edge = 0;; edge++) {

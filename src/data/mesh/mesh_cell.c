@@ -33,16 +33,25 @@ static double slope(const double *value, int axis)
     return ((isnan(high) ? *value : high) - (isnan(low) ? *value : low)) / 2;
 }
 
-/* The ray caster's gradient: differences at the corners, interpolated. Only those corners count that the place is not all the way from. */
+/* The ray caster's gradient: differences at the corners, interpolated. Those corners alone count that the place is not all the way from: on
+ * an edge two. */
 static void gradient_at(const struct cell *c, const double place[3], double g[3])
 {
+    int base = 0, free = 0; /* bits an axis: where the place is at the upper end, and where it is between the ends */
+    for (int a = 0; a < 3; a++) {
+        base |= (place[a] == 1) << a;
+        free |= (place[a] > 0 && place[a] < 1) << a;
+    }
     g[0] = g[1] = g[2] = 0;
-    for (int corner = 0; corner < 8; corner++) {
+    for (int part = free;; part = (part - 1) & free) { /* all subsets of the free axes */
+        const double *value = pel_brick_corner(c->brick, c->at, base | part);
         double weight = 1;
         for (int a = 0; a < 3; a++)
-            weight *= corner >> a & 1 ? place[a] : 1 - place[a];
-        for (int a = 0; a < 3 && weight > 0; a++)
-            g[a] += weight * slope(pel_brick_corner(c->brick, c->at, corner), a);
+            weight *= free >> a & 1 ? part >> a & 1 ? place[a] : 1 - place[a] : 1;
+        for (int a = 0; a < 3; a++)
+            g[a] += weight * slope(value, a);
+        if (!part)
+            break;
     }
 }
 
@@ -241,7 +250,9 @@ static const struct pel_cell_entry *entry_of(const struct pel_cell_table *table,
 
 bool pel_cell_cut(struct pel_brick *brick, const int at[3], unsigned inside)
 {
-    struct cell c = { .brick = brick, .at = at };
+    struct cell c;
+    c.brick = brick;
+    c.at = at;
     for (int corner = 0; corner < 8; corner++)
         c.values.corner[corner] = *pel_brick_corner(brick, at, corner);
     c.entry = entry_of(brick->work->table, &c.values, inside);
