@@ -29,7 +29,8 @@ static const struct pel_option rows[] = {
     { "output", "Output", "File to write: NAME.ply or NAME.stl (binary), NAME.obj (text) or NAME.vtp (VTK XML, binary)", PEL_OPTION_TEXT,
       FIELD(output), 0, 0, NULL, NULL, NULL },
     { "tolerance", "Tolerance",
-      "How far triangles may lie from the surface of the interpolated values, which is curved within a voxel, before vertices are added; 0 adds "
+      "How far triangles may lie from the surface of the interpolated values, which is curved within a voxel, before vertices are added; 0 "
+      "adds "
       "none: the triangles of marching cubes",
       PEL_OPTION_DOUBLE, FIELD(tolerance), 0, 1, "0", NULL, "voxels" },
     { "array", "Array", "Which array of a file that holds several", PEL_OPTION_TEXT, FIELD(array), 0, 0, NULL, NULL, NULL },
@@ -39,15 +40,17 @@ static const struct pel_option rows[] = {
       PEL_LEAST_SPACING, PEL_MOST_SPACING, NULL, NULL, "world" },
     { "void", "Void value", "Samples with this value stand for no data", PEL_OPTION_DOUBLE, FIELD(void_value), -DBL_MAX, DBL_MAX, NULL,
       NULL, "data value" },
-    { "threads", "Threads", "Threads to work with; 0: as many as the machine has", PEL_OPTION_INT, FIELD(threads), 0, 1024, "0", NULL, NULL },
+    { "threads", "Threads", "Threads to work with; 0: as many as the machine has", PEL_OPTION_INT, FIELD(threads), 0, 1024, "0", NULL,
+      NULL },
     { "stats", "Statistics", "Tell sizes, bounds and times: text on standard error, json on standard output", PEL_OPTION_CHOICE,
       FIELD(stats), 0, 0, "none", stats_names, NULL },
     { "quiet", "Quiet", "No notes and no progress bar", PEL_OPTION_BOOL, FIELD(quiet), 0, 0, "false", NULL, NULL },
     { NULL },
 };
 static const struct option_extra extras[] = {
-    { "isovalue", 0, "V[,V...]", NULL, true }, { "output", 'o', "FILE", NULL, false },      { "array", 0, "NAME", NULL, false },
-    { "raw", 0, "LAYOUT", NULL, false },       { "void", 0, "VALUE", NULL, false },         { "stats", 0, "text|json", "text", false },
+    { "isovalue", 0, "V[,V...]", NULL, true }, { "output", 'o', "FILE", NULL, false },
+    { "array", 0, "NAME", NULL, false },       { "raw", 0, "LAYOUT", NULL, false },
+    { "void", 0, "VALUE", NULL, false },       { "stats", 0, "text|json", "text", false },
     { "quiet", 'q', NULL, NULL, false },       { NULL },
 };
 static const struct option_group groups[] = { { "Options", rows, extras }, { NULL } };
@@ -98,7 +101,8 @@ struct times {
 static void print_stats_text(const struct pel_mesh *mesh, const struct times *times)
 {
     double bounds[6];
-    fprintf(stderr, "%-28s %12.3f ms\n%-28s %12.3f ms\n%-28s %12.3f ms\n", "load", times->load, "extract", times->extract, "write", times->write);
+    fprintf(stderr, "%-28s %12.3f ms\n%-28s %12.3f ms\n%-28s %12.3f ms\n", "load", times->load, "extract", times->extract, "write",
+            times->write);
     for (int i = 0; i < mesh->part_count; i++)
         fprintf(stderr, "isovalue %-19.9g %12zu vertices, %zu triangles\n", mesh->parts[i].isovalue, mesh->parts[i].vertex_count,
                 mesh->parts[i].triangle_count);
@@ -114,13 +118,13 @@ static bool print_stats_json(const struct pel_mesh *mesh, const struct times *ti
     bool any = pel_mesh_bounds(mesh, bounds);
     json_t *surfaces = json_array();
     for (int i = 0; i < mesh->part_count; i++)
-        json_array_append_new(surfaces, json_pack("{s:o, s:I, s:I}", "isovalue", json_number(mesh->parts[i].isovalue), "vertices",
-                                                  (json_int_t)mesh->parts[i].vertex_count, "triangles",
-                                                  (json_int_t)mesh->parts[i].triangle_count));
-    return json_print(json_pack("{s:f, s:f, s:f, s:I, s:I, s:I, s:o, s:o}", "load_ms", times->load, "extract_ms", times->extract, "write_ms",
-                                times->write, "vertices", (json_int_t)mesh->vertex_count, "triangles", (json_int_t)mesh->triangle_count,
-                                "open_edges", (json_int_t)pel_mesh_open_edges(mesh), "bounds", any ? json_numbers(bounds, 6) : json_null(),
-                                "surfaces", surfaces),
+        json_array_append_new(surfaces,
+                              json_pack("{s:o, s:I, s:I}", "isovalue", json_number(mesh->parts[i].isovalue), "vertices",
+                                        (json_int_t)mesh->parts[i].vertex_count, "triangles", (json_int_t)mesh->parts[i].triangle_count));
+    return json_print(json_pack("{s:f, s:f, s:f, s:I, s:I, s:I, s:o, s:o}", "load_ms", times->load, "extract_ms", times->extract,
+                                "write_ms", times->write, "vertices", (json_int_t)mesh->vertex_count, "triangles",
+                                (json_int_t)mesh->triangle_count, "open_edges", (json_int_t)pel_mesh_open_edges(mesh), "bounds",
+                                any ? json_numbers(bounds, 6) : json_null(), "surfaces", surfaces),
                       stdout);
 }
 
@@ -211,7 +215,8 @@ const struct command command_mesh = {
     .usage = "FILE -o SURFACE [options]",
     .description =
         "Extracts the surfaces on which a volume has one value, without cracks, in world coordinates, with normals; they and the "
-        "triangles look towards the lesser values. Of a vector field the magnitude is taken. Where a surface leaves the volume or meets voids "
+        "triangles look towards the lesser values. Of a vector field the magnitude is taken. Where a surface leaves the volume or meets "
+        "voids "
         "it is open: --stats tells how many edges are.\n\n"
         "Of several surfaces in one file PLY and VTP tell the isovalue of each vertex, OBJ has a group each, STL only the triangles.\n\n"
         "--stats json prints one object with the keys load_ms, extract_ms, write_ms, vertices, triangles, open_edges, bounds (null where "

@@ -26,15 +26,15 @@ struct pel_mesh_part {
 };
 
 struct pel_mesh {
-    double origin[3];         /* world; the volume's */
-    size_t vertex_count;      /* at most 2^32 - 1 */
-    float (*positions)[3];    /* owned; world = origin + position, in the volume's units. As offsets, floats are fine enough anywhere */
-    float (*normals)[3];      /* owned; unit, world: the gradient of the ray caster (docs/optics.md), turned to the lesser values */
+    double origin[3];      /* world; the volume's */
+    size_t vertex_count;   /* at most 2^32 - 1 */
+    float (*positions)[3]; /* owned; world = origin + position, in the volume's units. As offsets, floats are fine enough anywhere */
+    float (*normals)[3];   /* owned; unit, world: the gradient of the ray caster (docs/optics.md), turned to the lesser values */
     size_t triangle_count;
     uint32_t (*triangles)[3]; /* owned; vertices of each */
     int part_count;
     struct pel_mesh_part parts[PEL_MAX_ISOSURFACES]; /* in the order of the isovalues asked for */
-    enum pel_space space;     /* what the volume says of its world */
+    enum pel_space space;                            /* what the volume says of its world */
     char units[16], name[128];
 };
 
@@ -43,13 +43,19 @@ struct pel_mesh_params {
     int isovalue_count;                    /* at least 1 */
     double tolerance; /* voxels: triangles are added where they would lie farther from the surface of the trilinear signal, which is curved
                          within cells: one vertex more on a side or amidst a loop. 0: marching cubes' own, with vertices on edges alone */
-    int threads;                           /* 0: as many as the machine (or OMP_NUM_THREADS) says */
+    int threads;      /* 0: as many as the machine (or OMP_NUM_THREADS) says */
     struct pel_progress progress;
 };
-#define PEL_MESH_PARAMS_INIT { { 0 }, 0, 0, 0, { 0, 0 } }
+#define PEL_MESH_PARAMS_INIT                                                                                                               \
+    {                                                                                                                                      \
+        { 0 }, 0, 0, 0,                                                                                                                    \
+        {                                                                                                                                  \
+            0, 0                                                                                                                           \
+        }                                                                                                                                  \
+    }
 
-/* Extracts surfaces from a volume of one component and at least two samples along each axis. An isovalue that no cell reaches gives an empty
- * part, and is no error. The caller destroys the mesh. NULL on failure: PEL_ERROR_ARGUMENT for no or bad isovalues or several
+/* Extracts surfaces from a volume of one component and at least two samples along each axis. An isovalue that no cell reaches gives an
+ * empty part, and is no error. The caller destroys the mesh. NULL on failure: PEL_ERROR_ARGUMENT for no or bad isovalues or several
  * components, PEL_ERROR_UNSUPPORTED for a flat volume or more vertices than 2^32 - 1, PEL_ERROR_MEMORY, PEL_ERROR_CANCELLED. */
 struct pel_mesh *pel_mesh_extract(const struct pel_volume *volume, const struct pel_mesh_params *params, struct pel_error *error);
 void pel_mesh_destroy(struct pel_mesh *mesh); /* accepts NULL */

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: MIT */
-/* PLY (Turk, The PLY Polygon File Format, 1994), binary: vertices with normals, and where there are several surfaces the isovalue of each. */
+/* PLY (Turk, The PLY Polygon File Format, 1994), binary: vertices with normals, and where there are several surfaces the isovalue of each.
+ */
 #include <string.h>
 
 #include "format.h"

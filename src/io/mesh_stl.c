@@ -42,7 +42,8 @@ static bool write(struct pel_mesh_out *out, struct pel_error *error)
 {
     char header[84] = "isosurface"; /* not "solid", by which text is known */
     if (out->mesh->triangle_count > UINT32_MAX)
-        return pel_fail(error, PEL_ERROR_UNSUPPORTED, "%zu triangles are more than STL counts; write .ply or .vtp", out->mesh->triangle_count);
+        return pel_fail(error, PEL_ERROR_UNSUPPORTED, "%zu triangles are more than STL counts; write .ply or .vtp",
+                        out->mesh->triangle_count);
     uint32_t count = (uint32_t)out->mesh->triangle_count;
     memcpy(header + 80, &count, sizeof count);
     if (PEL_HOST_BIG_ENDIAN)

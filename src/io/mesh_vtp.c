@@ -59,11 +59,14 @@ static bool write(struct pel_mesh_out *out, struct pel_error *error)
     const size_t count = sizeof arrays / sizeof *arrays;
     fprintf(file, "<?xml version=\"1.0\"?>\n<VTKFile type=\"PolyData\" version=\"1.0\" byte_order=\"%s\" header_type=\"UInt64\">\n",
             PEL_HOST_BIG_ENDIAN ? "BigEndian" : "LittleEndian");
-    fprintf(file, "  <PolyData>\n    <Piece NumberOfPoints=\"%zu\" NumberOfVerts=\"0\" NumberOfLines=\"0\" NumberOfStrips=\"0\" NumberOfPolys=\"%zu\">\n",
+    fprintf(file,
+            "  <PolyData>\n    <Piece NumberOfPoints=\"%zu\" NumberOfVerts=\"0\" NumberOfLines=\"0\" NumberOfStrips=\"0\" "
+            "NumberOfPolys=\"%zu\">\n",
             vertices, triangles);
     uint64_t offset = 0;
     for (size_t i = 0; i < count; i++) {
-        fprintf(file, "%s        <DataArray type=\"%s\" Name=\"%s\" NumberOfComponents=\"%d\" format=\"appended\" offset=\"%" PRIu64 "\"/>\n%s",
+        fprintf(file,
+                "%s        <DataArray type=\"%s\" Name=\"%s\" NumberOfComponents=\"%d\" format=\"appended\" offset=\"%" PRIu64 "\"/>\n%s",
                 arrays[i].before, arrays[i].type, arrays[i].name, arrays[i].components, offset, arrays[i].after);
         offset += sizeof(uint64_t) + (uint64_t)arrays[i].count * arrays[i].bytes;
     }
@@ -71,7 +74,8 @@ static bool write(struct pel_mesh_out *out, struct pel_error *error)
     out->share = 1.0 / (double)count;
     for (size_t i = 0; i < count; i++) {
         uint64_t bytes = (uint64_t)arrays[i].count * arrays[i].bytes;
-        if (!pel_safe_file_write(&out->file, &bytes, sizeof bytes, error) || !pel_mesh_write_records(out, arrays[i].count, arrays[i].put, error))
+        if (!pel_safe_file_write(&out->file, &bytes, sizeof bytes, error) ||
+            !pel_mesh_write_records(out, arrays[i].count, arrays[i].put, error))
             return false;
     }
     static const char end[] = "\n  </AppendedData>\n</VTKFile>\n";

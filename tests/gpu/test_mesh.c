@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
-/* Isosurfaces as triangles on the GPU engine: against the ray caster's surfaces, extracted by the CPU and by the GPU, opaque and translucent;
- * what is refused; and that nothing is left behind. Skipped, loudly, where no device is usable. */
+/* Isosurfaces as triangles on the GPU engine: against the ray caster's surfaces, extracted by the CPU and by the GPU, opaque and
+ * translucent; what is refused; and that nothing is left behind. Skipped, loudly, where no device is usable. */
 #include "on_device.h"
 
 #include "device_gl.h"
@@ -105,7 +105,7 @@ static void test_raycast(void **state)
             if (variant & 4)
                 clip(&scene);
             if (variant == 6)
-                scene.lights[0] = (struct pel_light){ false, { 0.3, -1, 0.5 }, { 1, 0.8, 0.6 } };
+                scene.lights[0] = (struct pel_light) { false, { 0.3, -1, 0.5 }, { 1, 0.8, 0.6 } };
             draw_truth(&scene, 200, 160, &truth);
             draw_mesh(renderer, &scene, 200, 160, &mesh);
             bool voids = volumes[i].f == holed; /* without gradients beside them, the ray caster lights otherwise there */
@@ -187,7 +187,8 @@ static void test_extraction(void **state)
         struct pel_scene scene;
         struct pel_image by_cpu, by_gpu;
         make_surfaces(&volume, &scene, volumes[i].type, volumes[i].f, 1);
-        scene.isosurfaces[0].value = 40.618034; /* the golden fraction: as far as can be from where whole numbers make an ambiguous face a */
+        scene.isosurfaces[0].value =
+            40.618034; /* the golden fraction: as far as can be from where whole numbers make an ambiguous face a */
         scene.isosurfaces[1].value = 71.618034; /* tie, which float and double would decide differently */
         set(renderer, "extract", "cpu");
         draw_mesh(renderer, &scene, 97, 81, &by_cpu);

@@ -215,7 +215,7 @@ static void test_refusals(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_ply), cmocka_unit_test(test_stl), cmocka_unit_test(test_obj),
+        cmocka_unit_test(test_ply), cmocka_unit_test(test_stl),      cmocka_unit_test(test_obj),
         cmocka_unit_test(test_vtp), cmocka_unit_test(test_refusals),
     };
     return cmocka_run_group_tests(tests, make_scratch, remove_scratch);

@@ -25,16 +25,17 @@ enum {
 struct pel_cell_entry {
     uint8_t loops;
     struct pel_cell_loop {
-        uint8_t first, count;             /* of `edges` and `faces` */
+        uint8_t first, count;              /* of `edges` and `faces` */
         uint8_t first_triangle, triangles; /* none: the loop can be filled around a vertex in its middle alone */
     } loop[PEL_CELL_LOOPS];
-    uint8_t edges[12], faces[12];              /* the edges that loops go through, and the face over which each leads to the next; */
+    uint8_t edges[12], faces[12];             /* the edges that loops go through, and the face over which each leads to the next; */
     uint8_t triangles[PEL_CELL_TRIANGLES][3]; /* corners of triangles, as edges. All counter-clockwise as seen from outside */
 };
 
 struct pel_cell_table {
-    uint16_t first[256];    /* by the cell's case: bit c is set where corner c is inside */
-    uint8_t ambiguous[256]; /* faces that have two ways; a bit each. Entry first + i, where bit j of i: the insides of the j-th of them join */
+    uint16_t first[256]; /* by the cell's case: bit c is set where corner c is inside */
+    uint8_t
+        ambiguous[256]; /* faces that have two ways; a bit each. Entry first + i, where bit j of i: the insides of the j-th of them join */
     int count;
     struct pel_cell_entry entries[PEL_CELL_ENTRIES];
 };

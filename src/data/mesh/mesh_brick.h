@@ -9,7 +9,8 @@ enum {
     PEL_BRICK_SIDE = PEL_CELL_SIZE + 1,
     PEL_BRICK_HALO = PEL_BRICK_SIDE + 2, /* voxels along an axis with those that gradients need */
     PEL_BRICK_BENDS = 3,                 /* vertices that a segment over a face may have */
-    PEL_BRICK_KINDS = 3 + 6 * PEL_BRICK_BENDS, /* of places for vertices at a voxel: the edge along each axis, two segments on the face across each */
+    PEL_BRICK_KINDS =
+        3 + 6 * PEL_BRICK_BENDS, /* of places for vertices at a voxel: the edge along each axis, two segments on the face across each */
 };
 #define PEL_NO_VERTEX UINT32_MAX
 
@@ -17,17 +18,17 @@ enum {
  * across `axis` (from kind = 3 + 2 axis PEL_BRICK_BENDS on, its two segments). Without a tolerance there are but the first three kinds. */
 struct pel_brick_numbers {
     uint32_t at[PEL_BRICK_KINDS][PEL_BRICK_SIDE][PEL_BRICK_SIDE][PEL_BRICK_SIDE]; /* kind, z, y, x */
-    bool any; /* false: nothing of it is set */
+    bool any;                                                                     /* false: nothing of it is set */
 };
 
 struct pel_brick {
     const struct pel_mesh_work *work;
     struct pel_mesh_slab *slab;
     struct pel_error *error;
-    size_t first[3]; /* voxel */
-    int voxels[3];   /* 1 to PEL_BRICK_SIDE along each axis */
-    double values[PEL_BRICK_HALO][PEL_BRICK_HALO][PEL_BRICK_HALO]; /* less the isovalue; with a voxel more on each side, clamped to the volume;
-                                                                      NaN where void */
+    size_t first[3];                                               /* voxel */
+    int voxels[3];                                                 /* 1 to PEL_BRICK_SIDE along each axis */
+    double values[PEL_BRICK_HALO][PEL_BRICK_HALO][PEL_BRICK_HALO]; /* less the isovalue; with a voxel more on each side, clamped to the
+                                                                      volume; NaN where void */
     unsigned inside[PEL_BRICK_SIDE][PEL_BRICK_SIDE], voids[PEL_BRICK_SIDE][PEL_BRICK_SIDE]; /* a bit a voxel along x */
     struct pel_brick_numbers *numbers;
 };
@@ -59,10 +60,10 @@ void pel_curve_on_edge(const struct pel_cell_values *values, int edge, double pl
 /* A segment over a face between two of its edges, from the one that both cells beside the face call the first. */
 struct pel_curve {
     double ends[2][3];
-    bool turned;  /* the first end is on the second edge that was given */
-    bool corner;  /* around a corner of the face, else from side to side */
-    int axes[2];  /* of the face; from side to side: along the edges, across */
-    int low;      /* the corner around which, or the face's lowest */
+    bool turned; /* the first end is on the second edge that was given */
+    bool corner; /* around a corner of the face, else from side to side */
+    int axes[2]; /* of the face; from side to side: along the edges, across */
+    int low;     /* the corner around which, or the face's lowest */
     double q, sides[2];
 };
 void pel_curve_start(struct pel_curve *curve, const struct pel_cell_values *values, int face, const int edges[2], const double ends[2][3]);

@@ -1,7 +1,8 @@
 /* SPDX-License-Identifier: MIT */
-/* The surface in one cell: its loops, their vertices, their triangles. Marching cubes ends with vertices on edges. Where a tolerance is asked
- * for, a segment over a face that bends more than it gets one or three vertices on its way, which both cells beside the face find as they
- * look at its four values alone; and a loop that bulges more than it is filled around a vertex in its middle, with a ring about it if need be. */
+/* The surface in one cell: its loops, their vertices, their triangles. Marching cubes ends with vertices on edges. Where a tolerance is
+ * asked for, a segment over a face that bends more than it gets one or three vertices on its way, which both cells beside the face find as
+ * they look at its four values alone; and a loop that bulges more than it is filled around a vertex in its middle, with a ring about it if
+ * need be. */
 #include <math.h>
 #include <string.h>
 
@@ -55,8 +56,8 @@ static void gradient_at(const struct cell *c, const double place[3], double g[3]
     }
 }
 
-/* Where the differences cancel: towards where the cell's values rise, for a vertex on an edge along that alone (each cell beside it says the
- * same). */
+/* Where the differences cancel: towards where the cell's values rise, for a vertex on an edge along that alone (each cell beside it says
+ * the same). */
 static void rise_of(const struct cell *c, const double place[3], int edge_axis, double g[3])
 {
     for (int a = 0; a < 3; a++)
@@ -121,8 +122,9 @@ static int face_kind(int face, const int edges[2])
 static int bend(struct cell *c, int face, const int edges[2], struct point *points)
 {
     const double tolerance = c->brick->work->tolerance;
-    const double (*ends)[3] = (const double[2][3]){ { c->cuts[edges[0]].place[0], c->cuts[edges[0]].place[1], c->cuts[edges[0]].place[2] },
-                                                    { c->cuts[edges[1]].place[0], c->cuts[edges[1]].place[1], c->cuts[edges[1]].place[2] } };
+    const double(*ends)[3] =
+        (const double[2][3]) { { c->cuts[edges[0]].place[0], c->cuts[edges[0]].place[1], c->cuts[edges[0]].place[2] },
+                               { c->cuts[edges[1]].place[0], c->cuts[edges[1]].place[1], c->cuts[edges[1]].place[2] } };
     struct pel_curve curve;
     double places[PEL_BRICK_BENDS][3];
     int count = 0;

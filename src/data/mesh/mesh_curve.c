@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
-/* The surface of the trilinear signal is curved within a cell: on its faces it runs along hyperbolas. What follows puts vertices on it beside
- * those on the edges, which marching cubes stops at. */
+/* The surface of the trilinear signal is curved within a cell: on its faces it runs along hyperbolas. What follows puts vertices on it
+ * beside those on the edges, which marching cubes stops at. */
 #include <math.h>
 #include <string.h>
 
@@ -17,8 +17,8 @@ void pel_curve_on_edge(const struct pel_cell_values *v, int edge, double place[3
     place[edge / 4] = part >= 0 && part <= 1 ? part : 0.5; /* values so large that their difference is not finite */
 }
 
-/* From side to side it is met by lines across the face, on which the bilinear signal is linear. Around a corner, where the cut edges have the
- * lengths a and b, it is the hyperbola g (1 - x/a - y/b) + c x y = 0, met by rays from the corner: with x = t a (1 - s), y = t b s and
+/* From side to side it is met by lines across the face, on which the bilinear signal is linear. Around a corner, where the cut edges have
+ * the lengths a and b, it is the hyperbola g (1 - x/a - y/b) + c x y = 0, met by rays from the corner: with x = t a (1 - s), y = t b s and
  * q = a b c / g it is 1 - t + q s (1 - s) t^2 = 0. Where the segment goes around this corner q is at most 1. */
 void pel_curve_start(struct pel_curve *curve, const struct pel_cell_values *v, int face, const int edges[2], const double ends[2][3])
 {

@@ -139,8 +139,9 @@ static bool add_part(struct extraction *x, const struct pel_mesh_params *params,
               enlarge((void **)&mesh->triangles, triangles, sizeof *mesh->triangles, "triangles", error);
     if (ok) {
         pel_parallel_for(params->threads, x->count, copy_item, x);
-        mesh->parts[mesh->part_count++] = (struct pel_mesh_part){ params->isovalues[number], mesh->vertex_count, vertices - mesh->vertex_count,
-                                                                  mesh->triangle_count, triangles - mesh->triangle_count };
+        mesh->parts[mesh->part_count++] =
+            (struct pel_mesh_part) { params->isovalues[number], mesh->vertex_count, vertices - mesh->vertex_count, mesh->triangle_count,
+                                     triangles - mesh->triangle_count };
         mesh->vertex_count = vertices;
         mesh->triangle_count = triangles;
     }

@@ -72,10 +72,10 @@ void pel_mesh_slab_finish(struct pel_mesh_slab *s)
 
 /* ---- sharing ---- */
 
-/* Takes over the numbers on the faces that the brick shares with those before it along x and along y, and on the line that it shares with the
- * one beyond both: where voids keep the others from it, that one alone may have made a vertex there. */
-static void copy_shared(struct pel_brick_numbers *to, int kinds, const struct pel_brick_numbers *left, const struct pel_brick_numbers *behind,
-                        const struct pel_brick_numbers *beyond)
+/* Takes over the numbers on the faces that the brick shares with those before it along x and along y, and on the line that it shares with
+ * the one beyond both: where voids keep the others from it, that one alone may have made a vertex there. */
+static void copy_shared(struct pel_brick_numbers *to, int kinds, const struct pel_brick_numbers *left,
+                        const struct pel_brick_numbers *behind, const struct pel_brick_numbers *beyond)
 {
     memset(to->at, 0xff, (size_t)kinds * sizeof to->at[0]);
     to->any = true;

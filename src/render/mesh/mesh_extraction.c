@@ -61,7 +61,7 @@ static bool send_bounds(struct pel_device *device, struct pel_mesh_extraction *x
     const struct pel_minmax_level *cells = &minmax->cells;
     const double margin = 1e-5 * fabs((double)format->most - (double)format->least);
     x->brick_count = cells->dims[0] * cells->dims[1] * cells->dims[2];
-    float (*bounds)[2] = pel_alloc_aligned(x->brick_count, sizeof *bounds, "bounds of bricks", error);
+    float(*bounds)[2] = pel_alloc_aligned(x->brick_count, sizeof *bounds, "bounds of bricks", error);
     if (!bounds)
         return false;
     for (size_t i = 0; i < x->brick_count; i++) {
@@ -155,7 +155,8 @@ static bool count_all(const struct run *r, struct pel_error *error)
     struct pel_mesh_extraction *x = r->x;
     size_t items = (size_t)x->bricks.total * BRICK_ITEMS;
     if (items > UINT32_MAX)
-        return pel_fail(error, PEL_ERROR_UNSUPPORTED, "a surface through %zu cells is more than the GPU extracts; extract it on the CPU", items);
+        return pel_fail(error, PEL_ERROR_UNSUPPORTED, "a surface through %zu cells is more than the GPU extracts; extract it on the CPU",
+                        items);
     if (!pel_histopyramid_reserve(r->device, &x->vertices, items, error) ||
         !pel_histopyramid_reserve(r->device, &x->triangles, items, error) ||
         !pel_buffer_fill(r->device, &x->first, NULL, (items + 1) * sizeof(uint32_t), error))
@@ -172,7 +173,8 @@ static bool make_all(const struct run *r, struct pel_mesh_surface *to, struct pe
     struct pel_mesh_extraction *x = r->x;
     const size_t vertices = x->vertices.total, triangles = x->triangles.total;
     if (vertices >= 1u << 28 || triangles > UINT32_MAX / 3)
-        return pel_fail(error, PEL_ERROR_UNSUPPORTED, "a surface of %zu triangles is more than the GPU extracts; extract it on the CPU", triangles);
+        return pel_fail(error, PEL_ERROR_UNSUPPORTED, "a surface of %zu triangles is more than the GPU extracts; extract it on the CPU",
+                        triangles);
     if (!pel_buffer_fill(r->device, &to->vertices, NULL, (vertices + 1) * 6 * sizeof(float), error) ||
         !pel_buffer_fill(r->device, &to->elements, NULL, (triangles + 1) * 3 * sizeof(uint32_t), error))
         return false;

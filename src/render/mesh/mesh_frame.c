@@ -66,8 +66,8 @@ static bool take_volume(struct pel_mesh_renderer *m, const struct pel_frame *fra
     return true;
 }
 
-/* The z-buffer holds near / view depth, and in parallel a straight line from 1 at the nearest place to 0 beyond the farthest: greater is nearer,
- * and floats are finest where surfaces are many. */
+/* The z-buffer holds near / view depth, and in parallel a straight line from 1 at the nearest place to 0 beyond the farthest: greater is
+ * nearer, and floats are finest where surfaces are many. */
 static void set_depth(struct pel_mesh_block *b, const struct pel_gpu_view *view, const struct pel_job *job, bool parallel)
 {
     double least = INFINITY, most = -INFINITY;
@@ -168,7 +168,8 @@ static bool draw_passes(struct pel_mesh_renderer *m, const struct pel_frame *fra
 static bool read_back(struct pel_mesh_renderer *m, struct pel_image *image, bool finished, struct pel_error *error)
 {
     GLsizei pixels = image->width * image->height;
-    glGetTextureImage(finished ? m->finished.name : m->picture.name, 0, GL_RGBA, GL_FLOAT, pixels * 4 * (GLsizei)sizeof(float), image->rgba);
+    glGetTextureImage(finished ? m->finished.name : m->picture.name, 0, GL_RGBA, GL_FLOAT, pixels * 4 * (GLsizei)sizeof(float),
+                      image->rgba);
     if (image->depth)
         glGetTextureImage(m->depth.name, 0, GL_RED, GL_FLOAT, pixels * (GLsizei)sizeof(float), image->depth);
     return pel_device_check(m->device, "reading the picture back", error);

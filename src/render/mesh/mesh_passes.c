@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
-/* The passes of a frame. What is opaque goes through a z-buffer. What is translucent and not hidden by it is gathered in a list a pixel, each
- * list then composited in order: one pass over the triangles whatever the number of layers, where depth peeling takes one a layer. */
+/* The passes of a frame. What is opaque goes through a z-buffer. What is translucent and not hidden by it is gathered in a list a pixel,
+ * each list then composited in order: one pass over the triangles whatever the number of layers, where depth peeling takes one a layer. */
 #include <string.h>
 
 #include "fail.h"
@@ -93,7 +93,8 @@ bool pel_mesh_reserve_lists(struct pel_mesh_renderer *m, uint64_t fragments, str
 {
     const uint64_t most = m->device->info.max_storage_buffer_bytes / (4 * sizeof(float));
     if (fragments > most || fragments > UINT32_MAX - 1)
-        return pel_fail(error, PEL_ERROR_UNSUPPORTED, "%llu translucent fragments are more than the GPU's buffers hold; draw a smaller picture",
+        return pel_fail(error, PEL_ERROR_UNSUPPORTED,
+                        "%llu translucent fragments are more than the GPU's buffers hold; draw a smaller picture",
                         (unsigned long long)fragments);
     if (!pel_buffer_fill(m->device, &m->links, NULL, (size_t)fragments * 2 * sizeof(uint32_t), error) ||
         !pel_buffer_fill(m->device, &m->nodes, NULL, (size_t)fragments * 4 * sizeof(float), error))
@@ -159,8 +160,7 @@ bool pel_mesh_to_display(struct pel_mesh_renderer *m, struct pel_error *error)
 {
     const struct pel_pass pass = { .color_write = true };
     GLuint program;
-    if (!use(m, "whole_vertex.glsl", "finish_fragment.glsl", false, &program, error) ||
-        !pel_vertices_bind(m->device, &m->whole, error))
+    if (!use(m, "whole_vertex.glsl", "finish_fragment.glsl", false, &program, error) || !pel_vertices_bind(m->device, &m->whole, error))
         return false;
     glBindTextureUnit(PEL_UNIT_PICTURE, m->picture.name);
     begin(m, &m->finished_target, &pass);

@@ -119,7 +119,8 @@ static bool fits(const struct pel_mesh_renderer *m, const struct pel_mesh *mesh,
                     (unsigned long long)(bytes >> 20));
 }
 
-static bool send_part(struct pel_mesh_renderer *m, const struct pel_mesh *mesh, int i, const struct vertex *vertices, struct pel_error *error)
+static bool send_part(struct pel_mesh_renderer *m, const struct pel_mesh *mesh, int i, const struct vertex *vertices,
+                      struct pel_error *error)
 {
     const struct pel_mesh_part *part = &mesh->parts[i];
     struct pel_mesh_surface *s = &m->surfaces[i];
@@ -166,7 +167,8 @@ static bool make_by_gpu(struct pel_mesh_renderer *m, const struct pel_frame *fra
 {
     double start = pel_now_ms();
     if (!m->extraction.ready) {
-        if (!pel_mesh_extraction_take(m->device, &m->extraction, &m->format, &m->box, frame->scene->volume, &m->minmax, frame->threads, error))
+        if (!pel_mesh_extraction_take(m->device, &m->extraction, &m->format, &m->box, frame->scene->volume, &m->minmax, frame->threads,
+                                      error))
             return false;
         pel_frame_stage(frame, "volume to the device", start);
         start = pel_now_ms();

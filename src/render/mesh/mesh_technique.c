@@ -13,7 +13,8 @@ static const struct pel_option options[] = {
       "Who makes the triangles: the CPU, or the GPU by HistoPyramids, whose triangles are marching cubes' own whatever the tolerance",
       PEL_OPTION_CHOICE, AT(extract), 0, 0, "cpu", extracts, NULL },
     { "tolerance", "Tolerance",
-      "How far triangles may lie from the surface, which is curved within a voxel, before vertices are added; 0 adds none, as marching cubes",
+      "How far triangles may lie from the surface, which is curved within a voxel, before vertices are added; 0 adds none, as marching "
+      "cubes",
       PEL_OPTION_DOUBLE, AT(tolerance), 0, 1, "0.02", NULL, "voxels" },
     { NULL },
 };
@@ -27,7 +28,8 @@ static bool check(const struct pel_frame *frame, struct pel_error *error)
         return pel_fail(error, PEL_ERROR_ARGUMENT, "mesh draws mode isosurface alone; use the technique raycast for the others");
     for (int a = 0; a < 3; a++)
         if (v->dims[a] < 2)
-            return pel_fail(error, PEL_ERROR_UNSUPPORTED, "mesh: the volume is flat, one sample along %c; use the technique raycast", 'x' + a);
+            return pel_fail(error, PEL_ERROR_UNSUPPORTED, "mesh: the volume is flat, one sample along %c; use the technique raycast",
+                            'x' + a);
     return true;
 }
 
