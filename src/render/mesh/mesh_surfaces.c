@@ -170,7 +170,7 @@ static bool make_by_gpu(struct pel_mesh_renderer *m, const struct pel_frame *fra
         if (!pel_mesh_extraction_take(m->device, &m->extraction, &m->format, &m->box, frame->scene->volume, &m->minmax, frame->threads,
                                       error))
             return false;
-        pel_frame_stage(frame, "volume to the device", start);
+        pel_frame_stage(frame, "upload", start);
         start = pel_now_ms();
     }
     glBindBufferBase(GL_UNIFORM_BUFFER, 0, m->block.name);
