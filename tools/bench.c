@@ -271,7 +271,9 @@ static void print_text(const struct bench *bench)
         printf("%-22s %9.1f million a second while rays are cast\n", "samples", samples_per_second(bench) * 1e-6);
     if (bench->sample_limit > 0)
         printf("%-22s %9.1f million a second (limit)\n", "texture samples", bench->sample_limit * 1e-6);
-    if (bench->loaded->device)
+    if (bench->loaded->device && isnan(bench->upload_ms)) /* the technique keeps no volume there */
+        printf("%-22s %9.1f MB\n", "on the device", counter(bench, "bytes on the device") / 1048576);
+    else if (bench->loaded->device)
         printf("%-22s %9.2f ms   (%.0f MB a second); %.1f MB on the device\n", "upload", bench->upload_ms,
                volume_mb(bench) / (bench->upload_ms * 1e-3), counter(bench, "bytes on the device") / 1048576);
     printf("%-22s %9.1f MB   (volume %.1f MB)\n", "peak memory", peak_memory_mb(), volume_mb(bench));

@@ -10,7 +10,7 @@
 #include "progress.h"
 
 static const struct command *const commands[] = {
-    &command_info,       &command_render,  &command_convert, &command_compare, &command_make,       &command_bench,
+    &command_info,       &command_render,  &command_convert, &command_compare, &command_make,       &command_mesh,    &command_bench,
     &command_techniques, &command_devices, &command_formats, &command_options, &command_completion, &command_man,
     NULL,
 };

@@ -113,7 +113,7 @@ const struct option_extra engine_extras[] = {
 };
 
 /* Appends numbers separated by commas. */
-static bool append_numbers(double *items, int *count, double lo, double hi, const char *flag, const char *text, struct pel_error *error)
+bool append_numbers(double *items, int *count, double lo, double hi, const char *flag, const char *text, struct pel_error *error)
 {
     struct {
         double value;

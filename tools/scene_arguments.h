@@ -80,6 +80,9 @@ extern const struct option_extra input_extras[], transfer_extras[], surface_extr
 /* Points the groups at the struct, which must be zeroed and outlive the arguments. */
 void scene_arguments_attach(struct arguments *arguments, struct scene_arguments *values);
 
+/* Appends the numbers of a text with commas to the up to PEL_MAX_ISOSURFACES items that there are. */
+bool append_numbers(double *items, int *count, double least, double most, const char *flag, const char *text, struct pel_error *error);
+
 /* A scene, its volume, and what is known of the file. */
 struct loaded_scene {
     struct pel_scene scene;

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* Files: volumes, fields, images, transfer functions and scenes, in and out.
+/* Files: volumes, fields, images, transfer functions and scenes, in and out; meshes out.
  *
  * A format is found by content first (gzip is looked through), then by name. Sizes that a file claims are held against its length before
  * anything is allocated. Writers write beside the target and rename at the end: a failure or an interruption leaves no half file. */
@@ -7,6 +7,7 @@
 #define PELLUCID_IO_H
 
 #include <pellucid/image.h>
+#include <pellucid/mesh.h>
 #include <pellucid/scene.h>
 #include <pellucid/transfer.h>
 #include <pellucid/volume.h>
@@ -75,6 +76,11 @@ bool pel_write_image(const char *path, const struct pel_image *image, const stru
 bool pel_write_depth(const char *path, const struct pel_image *image, struct pel_error *error);
 /* PNG (8 or 16 bits, gray to RGBA) or float NRRD (1, 3 or 4 values a pixel), into an initialised image. */
 bool pel_read_image(const char *path, struct pel_image *image, struct pel_error *error);
+
+/* Writes by the name's ending, in world coordinates, with normals: .ply .stl (both binary) .obj (text) .vtp (binary). Of several surfaces
+ * PLY and VTP tell each vertex' isovalue, OBJ has a group each; STL has the triangles alone. Far from the world's zero, where floats are
+ * coarse, PLY and VTP have doubles and OBJ more digits; STL cannot. `progress` is nullable. */
+bool pel_write_mesh(const char *path, const struct pel_mesh *mesh, const struct pel_progress *progress, struct pel_error *error);
 
 /* ParaView colour maps: .json (a list of presets; the first is taken unless `name` says which) and .xml. Values stretch over
  * [lo, hi] where the file's are 0..1 normalised; the opacity curve is taken too if the file has one. */

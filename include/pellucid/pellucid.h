@@ -9,6 +9,7 @@
 #include <pellucid/error.h>
 #include <pellucid/image.h>
 #include <pellucid/io.h>
+#include <pellucid/mesh.h>
 #include <pellucid/option.h>
 #include <pellucid/renderer.h>
 #include <pellucid/scene.h>

@@ -4,50 +4,8 @@
 #include <string.h>
 
 #include "fail.h"
+#include "gpu_view.h"
 #include "slices3d.h"
-#include "vec.h"
-
-static void put_plane(float to[4], const double normal[3], double offset, double scale)
-{
-    for (int a = 0; a < 3; a++)
-        to[a] = (float)(normal[a] * scale);
-    to[3] = (float)(offset * scale);
-}
-
-/* An index position q is met by pixel (x, y) where q - eye = k (d0 + x dx + y dy), k being the view depth; in parallel, where q - p0 = x px
- * + y py + s d0 (rays.c). The inverse matrix gives k x, k y and k; or x, y and s. */
-static bool project(struct pel_slice_block *b, const struct pel_job *job, bool parallel, double eye[3], double depth[4])
-{
-    double columns[3][3], rows[3][3], offset[3];
-    for (int i = 0; i < 3; i++) {
-        columns[i][0] = parallel ? job->px[i] : job->dx[i];
-        columns[i][1] = parallel ? job->py[i] : job->dy[i];
-        columns[i][2] = job->d0[i];
-        eye[i] = job->p0[i] - (parallel ? 0 : job->s_base * job->d0[i]);
-    }
-    if (pel_invert3((const double(*)[3])columns, rows) == 0)
-        return false;
-    for (int i = 0; i < 3; i++)
-        offset[i] = -pel_dot(rows[i], eye);
-    if (parallel)
-        offset[2] += job->s_base;
-    memcpy(depth, rows[2], 3 * sizeof *depth);
-    depth[3] = offset[2];
-    put_plane(b->depth, rows[2], offset[2], 1);
-    const int size[2] = { job->width, job->height };
-    for (int i = 0; i < 2; i++) {
-        /* the pixel's middle is at its number and a half; clip = (2 (x + 1/2) / size - 1) w */
-        double normal[3], scale = 2.0 / size[i], w = 1.0 / size[i] - 1;
-        for (int a = 0; a < 3; a++)
-            normal[a] = scale * rows[i][a] + (parallel ? 0 : w * rows[2][a]);
-        put_plane(i ? b->clip_y : b->clip_x, normal, scale * offset[i] + (parallel ? w : w * offset[2]), 1);
-    }
-    if (parallel)
-        b->clip_w[3] = 1;
-    else
-        memcpy(b->clip_w, b->depth, sizeof b->clip_w);
-    return true;
-}
 
 /* Directions (cubes.h) in which faces may show their back or their front to the eye. */
 static void find_faces(struct pel_slice_view *view, const struct pel_job *job, bool parallel, const double eye[3])
@@ -75,10 +33,17 @@ static double part_of_slice(int jitter)
 bool pel_slice_view_setup(struct pel_slice_view *view, const struct pel_job *job, bool parallel, int jitter, struct pel_error *error)
 {
     struct pel_slice_block *b = &view->block;
-    double eye[3], depth[4], least = INFINITY, most = -INFINITY;
+    double least = INFINITY, most = -INFINITY;
+    struct pel_gpu_view projection;
     memset(b, 0, sizeof *b);
-    if (!project(b, job, parallel, eye, depth))
+    if (!pel_gpu_view_setup(&projection, job, parallel))
         return pel_fail(error, PEL_ERROR_ARGUMENT, "slices3d: the camera sees no picture plane");
+    const double *eye = projection.eye, *depth = projection.depth;
+    memcpy(b->clip_x, projection.clip_x, sizeof b->clip_x);
+    memcpy(b->clip_y, projection.clip_y, sizeof b->clip_y);
+    memcpy(b->clip_w, projection.clip_w, sizeof b->clip_w);
+    for (int a = 0; a < 4; a++)
+        b->depth[a] = (float)depth[a];
     for (int corner = 0; corner < 8; corner++) {
         double at = depth[3];
         for (int a = 0; a < 3; a++)
