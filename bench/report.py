@@ -93,12 +93,12 @@ def block(result, records, key, programs, limit=False):
     return "\n".join(line.rstrip() for line in lines) + "\n"
 
 
-def voxel_rays(records):
-    """VolPack, which has one thread, beside ourselves with as many rays, on all processors and on one; and what is on screen first after the transfer function changed."""
+def beside_volpack(records, program, name):
+    """VolPack, which has one thread, beside a program of ours on all processors and on one; a frame, and after a changed transfer function."""
     rows = []
     for r in records:
-        ours = [median(r, "pellucid-rays", key) for key in ("frame_ms", "edit_ms")]
-        alone = median(r, "pellucid-rays-1", "frame_ms")
+        ours = [median(r, program, key) for key in ("frame_ms", "edit_ms")]
+        alone = median(r, program + "-1", "frame_ms")
         theirs = [median(r, "volpack", key) for key in ("frame_ms", "edit_ms", "reclassify_ms")]
         if all(ours + theirs) and alone:
             compared = [theirs[0] / ours[0], theirs[0] / alone, theirs[1] / ours[1], theirs[2] / ours[1]]
@@ -106,28 +106,10 @@ def voxel_rays(records):
                          "%s (%.1fx)" % (number(theirs[1]), compared[2]), "%s (%.1fx)" % (number(theirs[2]), compared[3]), compared))
     if not rows:
         return ""
-    lines = ["| scene | Pellucid, a frame | VolPack | Pellucid on one thread | Pellucid, after a change | VolPack from raw voxels | VolPack, classified again |",
+    lines = ["| scene | %s, a frame | VolPack | %s on one thread | %s, after a change | VolPack from raw voxels | VolPack, classified again |" % (name, name, name),
              "| --- |" + " ---: |" * 6]
     lines += ["| %s | %s | %s | %s | %s | %s | %s |" % row[:7] for row in rows]
     lines.append("| geometric mean | | %.1fx | %.1fx | | %.1fx | %.1fx |" % tuple(geometric([row[7][i] for row in rows]) for i in range(4)))
-    return "\n".join(lines) + "\n"
-
-
-def shear_warp(records):
-    """VolPack beside our own shear-warp, both on one thread, with the same intermediate image and slices."""
-    rows = []
-    for r in records:
-        ours = [median(r, "pellucid-shear", key) for key in ("frame_ms", "edit_ms")]
-        theirs = [median(r, "volpack", key) for key in ("frame_ms", "edit_ms", "reclassify_ms")]
-        if all(ours + theirs):
-            compared = [theirs[0] / ours[0], theirs[1] / ours[1], theirs[2] / ours[1]]
-            cells = ["%s (%.1fx)" % (number(t), c) for t, c in zip(theirs, compared)]
-            rows.append((label(r), number(ours[0]), cells[0], number(ours[1]), cells[1], cells[2], compared))
-    if not rows:
-        return ""
-    lines = ["| scene | slices2d, a frame | VolPack | slices2d, after a change | VolPack from raw voxels | VolPack, classified again |", "| --- |" + " ---: |" * 5]
-    lines += ["| %s | %s | %s | %s | %s | %s |" % row[:6] for row in rows]
-    lines.append("| geometric mean | | %.1fx | | %.1fx | %.1fx |" % tuple(geometric([row[6][i] for row in rows]) for i in range(3)))
     return "\n".join(lines) + "\n"
 
 
@@ -196,8 +178,8 @@ def table(result):
         ("An isosurface, the isovalue changing each frame", block(result, iso, "edit_ms", ["vtk-iso"])),
         ("An isosurface, the camera turning", block(result, iso, "frame_ms", ["vtk-iso"], limit=True)),
         ("The GPU engine, the camera turning and the transfer function (isovalue) changing", gpu_engine(scenes)),
-        ("VolPack's own number of rays: in parallel, one a voxel", voxel_rays(scenes)),
-        ("Shear-warp beside shear-warp, one thread", shear_warp(scenes)),
+        ("VolPack's own number of rays: in parallel, one a voxel", beside_volpack(scenes, "pellucid-rays", "raycast")),
+        ("Shear-warp beside shear-warp", beside_volpack(scenes, "pellucid-shear", "slices2d")),
         ("From process start to a PNG on disk, and peak memory", stills(scenes)),
     ]
     return "\n".join(("**%s**\n\n" % title if title else "") + text for title, text in parts if text)
