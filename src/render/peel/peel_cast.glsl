@@ -1,0 +1,158 @@
+// SPDX-License-Identifier: MIT
+// Section 4.3.2: rays cast within their valid segments alone. With STEPPING by uniform steps, the ray caster's own samples; else cell by cell, exactly.
+#include "job.glsl"
+#include "space.glsl"
+#include "sampling.glsl"
+#include "shading.glsl"
+#include "gather.glsl"
+#include "tile.glsl"
+#include "surface.glsl"
+#include "peel_segments.glsl"
+layout(std430, binding = 7) buffer PeelCounters { uvec4 peel_counters[64]; }; // x: rays that have segments; y, z: segments, low and high
+
+#ifdef STEPPING
+#ifdef BINARY_SEARCH
+#define FIND_ROOT binary_search
+// The refinement of the paper: halves the step ten times.
+float binary_search(const Ray r, float iso, float a, float f, float b, float g)
+{
+    for (int i = 0; i < 10; i++) {
+        float middle = 0.5 * (a + b), value = linear(r.o + middle * r.d);
+        if (isnan(value))
+            return value;
+        if ((value < iso) == (f < iso))
+            a = middle;
+        else
+            b = middle;
+    }
+    return 0.5 * (a + b);
+}
+#endif
+#include "crossings.glsl"
+
+// The next step from k on that is in a segment, or the end of the ray.
+bool next_steps(ivec2 pixel, const Ray r, inout int k, inout int end)
+{
+    vec2 stretch;
+    while (NEXT_SEGMENT(pixel, stretch)) {
+        int first = max(int(floor(clamp(stretch.x, 0.0, float(r.n)))), k);
+        end = int(ceil(clamp(stretch.y, 0.0, float(r.n))));
+        if (first > k)
+            march_gap();
+        k = first;
+        if (k < end)
+            return true;
+    }
+    return false;
+}
+
+uint cast_ray(ivec2 pixel, const Ray r)
+{
+    uint samples = 0u;
+    int k = 0, end = 0;
+    bool going = true;
+    march_gap();
+    while (going) {
+        int what = GO_ON;
+        float at;
+        vec3 p;
+        while (what == GO_ON) {
+            if (k >= end && !next_steps(pixel, r, k, end)) {
+                what = END;
+                break;
+            }
+            samples++;
+            at = float(k);
+            p = r.o + at * r.d;
+            what = march_probe(r, k, at, p);
+            k++;
+        }
+        going = what == TAKE && march_take(r, k - 1, at, p);
+    }
+    return samples;
+}
+
+#else
+#include "peel_cubic.glsl"
+
+// The next place in a segment, from `at` on; a new place is in a new cell.
+bool next_place(ivec2 pixel, const Ray r, float whole, inout float at, inout float end)
+{
+    vec2 stretch;
+    while (NEXT_SEGMENT(pixel, stretch)) {
+        float first = clamp(stretch.x, 0.0, whole);
+        end = min(stretch.y, whole);
+        if (first > at) {
+            at = first;
+            cell = clamp(ivec3(floor(r.o + at * r.d)), ivec3(0), max(job.dims.xyz - 2, ivec3(0)));
+            carried = false;
+        }
+        if (at < end)
+            return true;
+    }
+    return false;
+}
+
+// Steps to where the ray leaves the cell, by the face across `axis`.
+float exit_of(const Ray r, out int axis)
+{
+    vec3 exits = (vec3(cell) + mix(vec3(1.0), vec3(0.0), lessThan(r.inverse, vec3(0.0))) - r.o) * r.inverse;
+    exits = mix(exits, vec3(1e30), equal(job.dims.xyz, ivec3(1))); // a single voxel is all along its axis
+    axis = exits.x <= exits.y && exits.x <= exits.z ? 0 : exits.y <= exits.z ? 1 : 2;
+    return exits[axis];
+}
+
+uint cast_ray(ivec2 pixel, const Ray r)
+{
+    uint cells = 0u;
+    float whole = float(r.n - 1) + r.fraction, at = -1.0, end = -1.0, to;
+    bool going = true;
+    carried = false;
+    while (going) {
+        bool found = false;
+        int axis;
+        while (!found) {
+            if (at >= end && !next_place(pixel, r, whole, at, end)) {
+                going = false;
+                break;
+            }
+            to = min(exit_of(r, axis), whole);
+            if (to > at) {
+                cells++;
+                found = take_cell();
+            }
+            if (!found) {
+                at = max(at, to);
+                cell[axis] += r.inverse[axis] < 0.0 ? -1 : 1;
+            }
+        }
+        if (found) {
+            going = add_surfaces(r, at, to);
+            at = to;
+            cell[axis] += r.inverse[axis] < 0.0 ? -1 : 1;
+        }
+    }
+    return cells;
+}
+#endif
+
+void march_begin(const Ray r)
+{
+    gather_begin();
+}
+
+#define PLACED
+void march_place(const Ray r)
+{
+    segments_begin(r);
+    uint looked_at = cast_ray(pixel_of(), r);
+    COUNT_TAKEN(looked_at)
+    if (segments > 0u) {
+        uint row = (gl_WorkGroupID.x + gl_WorkGroupID.y * 11u) & 63u;
+        atomicAdd(peel_counters[row].x, 1u);
+        if (atomicAdd(peel_counters[row].y, segments) > 0xffffffffu - segments)
+            atomicAdd(peel_counters[row].z, 1u);
+    }
+}
+
+#include "march.glsl"
