@@ -93,44 +93,34 @@ bool next_place(ivec2 pixel, const Ray r, float whole, inout float at, inout flo
     return false;
 }
 
-// Steps to where the ray leaves the cell, by the face across `axis`.
-float exit_of(const Ray r, out int axis)
-{
-    vec3 exits = (vec3(cell) + mix(vec3(1.0), vec3(0.0), lessThan(r.inverse, vec3(0.0))) - r.o) * r.inverse;
-    exits = mix(exits, vec3(1e30), equal(job.dims.xyz, ivec3(1))); // a single voxel is all along its axis
-    axis = exits.x <= exits.y && exits.x <= exits.z ? 0 : exits.y <= exits.z ? 1 : 2;
-    return exits[axis];
-}
-
 uint cast_ray(ivec2 pixel, const Ray r)
 {
     uint cells = 0u;
-    float whole = float(r.n - 1) + r.fraction, at = -1.0, end = -1.0, to;
+    float whole = float(r.n - 1) + r.fraction, at = -1.0, end = -1.0, from, to;
+    vec3 side = mix(vec3(1.0), vec3(0.0), lessThan(r.inverse, vec3(0.0)));
+    ivec3 onwards = ivec3(2.0 * side - 1.0), last = max(job.dims.xyz - 2, ivec3(0));
+    bvec3 single = equal(job.dims.xyz, ivec3(1)); // a single voxel is all along its axis
     bool going = true;
     carried = false;
     while (going) {
         bool found = false;
-        int axis;
         while (!found) {
-            if (at >= end && !next_place(pixel, r, whole, at, end)) {
-                going = false;
+            if (at >= end && !next_place(pixel, r, whole, at, end))
                 break;
-            }
-            to = min(exit_of(r, axis), whole);
-            if (to > at) {
+            vec3 exits = mix((vec3(cell) + side - r.o) * r.inverse, vec3(1e30), single);
+            float leave = min(min(exits.x, exits.y), exits.z);
+            from = at;
+            to = min(leave, whole);
+            if (to > from) {
                 cells++;
                 found = take_cell();
+                at = to;
             }
-            if (!found) {
-                at = max(at, to);
-                cell[axis] += r.inverse[axis] < 0.0 ? -1 : 1;
-            }
+            cell += mix(ivec3(0), onwards, lessThanEqual(exits, vec3(leave)));
+            if (any(lessThan(cell, ivec3(0))) || any(greaterThan(cell, last)))
+                at = 1e30; // out of the volume
         }
-        if (found) {
-            going = add_surfaces(r, at, to);
-            at = to;
-            cell[axis] += r.inverse[axis] < 0.0 ? -1 : 1;
-        }
+        going = found && add_surfaces(r, from, to);
     }
     return cells;
 }

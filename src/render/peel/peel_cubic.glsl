@@ -3,18 +3,31 @@
 // rises or falls alone. No surface is missed, however short the way behind it, and no value is taken between voxels.
 #include "surface.glsl"
 
-ivec3 cell;       // of voxels, in which the ray is
+ivec3 cell;       // of voxels, into which the ray comes next
+vec3 corner;      // of the cell that was taken last
 vec4 low, high;   // its voxels: (x, y) = 00 10 01 11 at the lower z and the higher
 vec2 range;       // least and greatest of them
 bool carried;     // whether the value where the ray came in is known from the cell before,
 float carry;      // and that value, or one on the same side of all isovalues
 vec4 cubic;       // c0 + c1 u + c2 u^2 + c3 u^3, u from 0 to 1 on the way through the cell
 
+float at_cell(ivec3 offset)
+{
+    float raw = texel_to_raw(texelFetch(volume, cell + offset, 0).r);
+#ifdef VOIDS
+    if (!(abs(raw) <= 3.4e38) || abs(raw - job.raw.z) <= job.raw.w)
+        return nan();
+#endif
+    return raw;
+}
+
 // Takes the cell's voxels; gives whether a surface may be in it.
 bool take_cell()
 {
-    low = vec4(voxel(cell), voxel(cell + ivec3(1, 0, 0)), voxel(cell + ivec3(0, 1, 0)), voxel(cell + ivec3(1, 1, 0)));
-    high = vec4(voxel(cell + ivec3(0, 0, 1)), voxel(cell + ivec3(1, 0, 1)), voxel(cell + ivec3(0, 1, 1)), voxel(cell + ivec3(1, 1, 1)));
+    ivec3 x = ivec3(min(job.dims.x - 1, 1), 0, 0), y = ivec3(0, min(job.dims.y - 1, 1), 0), z = ivec3(0, 0, min(job.dims.z - 1, 1));
+    corner = vec3(cell);
+    low = vec4(at_cell(ivec3(0)), at_cell(x), at_cell(y), at_cell(x + y));
+    high = vec4(at_cell(z), at_cell(z + x), at_cell(z + y), at_cell(z + x + y));
 #ifdef VOIDS
     if (any(isnan(low)) || any(isnan(high))) {
         carried = false;
@@ -23,12 +36,15 @@ bool take_cell()
 #endif
     vec4 least = min(low, high), most = max(low, high);
     range = vec2(min(min(least.x, least.y), min(least.z, least.w)), max(max(most.x, most.y), max(most.z, most.w)));
-    for (int i = 0; i < job.counts.y; i++)
-        if ((range.x < job.iso[i].x) != (range.y < job.iso[i].x) || (carried && (carry < job.iso[i].x) != (range.x < job.iso[i].x)))
-            return true;
-    carry = range.x;
-    carried = true;
-    return false;
+    bool found = false;
+    for (int i = 0; i < job.counts.y; i++) {
+        bool under = range.x < job.iso[i].x;
+        found = found || under != (range.y < job.iso[i].x) || (carried && (carry < job.iso[i].x) != under);
+    }
+    if (!found)
+        carry = range.x;
+    carried = carried || !found;
+    return found;
 }
 
 // The value at a place in the cell, never beyond its voxels': neighbours agree on which side the face between them lies.
@@ -91,31 +107,40 @@ float cubic_root(float iso, float a, float f, float b, float g)
     return clamp(a + (b - a) * (f / (f == g ? 1.0 : f - g)), a, b);
 }
 
-// The surfaces between a and b, between whose values f and g the cubic only rises or falls, in order; false ends the ray.
-bool add_piece(const Ray r, float from, float length, float a, float f, float b, float g)
+// One of five.
+float one_of(int i, float first, vec4 rest)
 {
-    for (int j = 0; j < job.counts.y; j++) {
-        int i = g > f ? j : job.counts.y - 1 - j;
-        float iso = job.iso[i].x;
-        if ((f < iso) != (g < iso) && !add_surface(r, i, from + length * (b > a ? cubic_root(iso, a, f, b, g) : a)))
-            return false;
-    }
-    return true;
+    return i == 0 ? first : i == 1 ? rest.x : i == 2 ? rest.y : i == 3 ? rest.z : rest.w;
 }
 
-// The surfaces of the cell between two places along the ray; false ends it.
+// The surfaces of the cell between two places along the ray, in order; false ends it. Between the value carried over, that at the cell's face, the extrema and the value where the ray leaves,
+// the signal only rises or falls: four pieces, each of which meets each isovalue once at most. The costly part is in one place, and run only as often as there are surfaces.
 bool add_surfaces(const Ray r, float from, float to)
 {
-    vec3 f = r.o + from * r.d - vec3(cell), d = (to - from) * r.d;
+    vec3 f = r.o + from * r.d - corner, d = (to - from) * r.d;
     cubic = cubic_along(f, d);
     vec2 turns = extrema();
-    float value = value_at(f), end = value_at(f + d), turn = cubic_at(turns.x), other = turns.y < 1.0 ? cubic_at(turns.y) : end;
-    if (!(turns.x < 1.0))
-        turn = end;
-    bool more = (!carried || add_piece(r, from, to - from, 0.0, carry, 0.0, value)) && add_piece(r, from, to - from, 0.0, value, turns.x, turn) &&
-                (!(turns.x < 1.0) || (add_piece(r, from, to - from, turns.x, turn, turns.y, other) &&
-                                      (!(turns.y < 1.0) || add_piece(r, from, to - from, turns.y, other, 1.0, end))));
+    float start = value_at(f), end = value_at(f + d), first = carried ? carry : start;
+    vec4 u = vec4(0.0, turns, 1.0), values = vec4(start, turns.x < 1.0 ? cubic_at(turns.x) : end, turns.y < 1.0 ? cubic_at(turns.y) : end, end);
+    int pieces = 4 * job.counts.y, at = 0;
     carry = end;
     carried = true;
-    return more;
+    while (true) {
+        bool found = false;
+        float a, b, v, w;
+        int i;
+        for (; at < pieces && !found; at++) {
+            int piece = at / job.counts.y, j = at - piece * job.counts.y;
+            v = one_of(piece, first, values);
+            w = one_of(piece + 1, first, values);
+            i = w > v ? j : job.counts.y - 1 - j;
+            found = (v < job.iso[i].x) != (w < job.iso[i].x);
+            a = one_of(piece, 0.0, u);
+            b = one_of(piece + 1, 0.0, u);
+        }
+        if (!found)
+            return true;
+        if (!add_surface(r, i, from + (to - from) * (b > a ? cubic_root(job.iso[i].x, a, v, b, w) : a)))
+            return false;
+    }
 }

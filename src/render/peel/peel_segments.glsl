@@ -92,8 +92,10 @@ bool next_segment(ivec2 pixel, out vec2 stretch)
 // Brute force: one stretch, whatever the masks would say.
 bool whole_ray(ivec2 pixel, out vec2 stretch)
 {
+    bool first = segments == 0u;
     stretch = vec2(0.0, 1e30);
-    return segments++ == 0u;
+    segments = 1u;
+    return first;
 }
 #else
 #define NEXT_SEGMENT next_segment
