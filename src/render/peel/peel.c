@@ -152,7 +152,7 @@ bool pel_peel_prepare(struct pel_peel *p, const struct pel_frame *frame, struct 
         return false;
     if (frame->changes & (PEL_CHANGE_VOLUME | PEL_CHANGE_ISOSURFACES | PEL_CHANGE_TRANSFER | PEL_CHANGE_SETTINGS)) {
         pel_classify_isosurfaces(scene, p->format.raw, &p->job);
-        p->counted = false;
+        p->counted &= !(frame->changes & (PEL_CHANGE_VOLUME | PEL_CHANGE_ISOSURFACES));
     }
     pel_rays_setup(&p->job, scene, frame->jitter, frame->image->width, frame->image->height);
     const int32_t wide = steps_over_voids(p, scene->volume);
