@@ -61,7 +61,7 @@ own = {"composite.glsl": ["PRE", "PRE SHADE HEADLIGHTS VOIDS", "PRE BRICKS"], "e
        "slice_fragment.glsl": ["PREINTEGRATED SHADE", "PRE EARLY_OUT", "BAND EARLY_OUT SHADE", "PREINTEGRATED VOIDS BAND", "NEAREST SHADE VOIDS HEADLIGHTS"],
        "half_fragment.glsl": ["PREINTEGRATED", "PRE"], "opaque_fragment.glsl": ["PREINTEGRATED"], "cube_fragment.glsl": ["SHOW"],
        "stop_fragment.glsl": ["GREATER"], "histopyramid_sum.glsl": ["BASE"], "peel_vertex.glsl": ["DISC"], "peel_fragment.glsl": ["DISC"], "peel_masks.glsl": ["DISC"],
-       "peel_cast.glsl": ["STEPPING", "STEPPING BINARY_SEARCH VOIDS", "EXTERIOR", "EXTERIOR STEPPING HEADLIGHTS", "WHOLE VOIDS", "WHOLE STEPPING"], "stretch_fragment.glsl": ["BAND"], "plain_fragment.glsl": ["BAND"],
+       "peel_cast.glsl": ["STEPPING", "STEPPING BINARY_SEARCH VOIDS", "EXTERIOR", "EXTERIOR STEPPING HEADLIGHTS", "WHOLE VOIDS", "WHOLE STEPPING", "TREE", "TREE STEPPING VOIDS"], "stretch_fragment.glsl": ["BAND"], "plain_fragment.glsl": ["BAND"],
        "classify.glsl": ["MODE=%d MODE_MIP=1 MODE_MINIP=2 MODE_ISOSURFACE=5" % mode for mode in (0, 1, 2, 5)]}
 slices = ["AXIS=%d LIGHTING=%d" % (axis, axis) for axis in (0, 1, 2)] + ["AXIS=1 LIGHTING=0 " + d for d in (
     "VOIDS SHADE HEADLIGHTS", "NEAREST SHADE DEPTH", "PLAIN SHADE HEADLIGHTS", "PLAIN VOIDS", "PRE VOIDS SHADE", "PRE LINEAR_CORRECTION", "LINEAR_CORRECTION DISPLACED",

@@ -83,6 +83,12 @@ static void check_view(struct pel_renderer *renderer, const struct pel_scene *sc
     assert_memory_equal(brute.depth, peeled.depth, sizeof(float) * WIDTH * HEIGHT);
     pel_image_finish(&peeled);
 
+    set_option(renderer, "segments", "tree"); /* the rival must be right, too */
+    draw_by(renderer, scene, "peel", WIDTH, HEIGHT, &peeled);
+    check_same_bytes(&brute, &peeled, what);
+    pel_image_finish(&peeled);
+    set_option(renderer, "segments", "masks");
+
     set_option(renderer, "roots", "search");
     draw_by(renderer, scene, "peel", WIDTH, HEIGHT, &peeled);
     check_at_most(lone_hits(&brute, &peeled) + lone_hits(&peeled, &brute), 0, "%s: rays that hit with a binary search or without it alone", what);

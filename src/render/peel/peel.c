@@ -31,7 +31,7 @@ void pel_peel_destroy(struct pel_peel *p)
         return;
     struct pel_device *d = p->device;
     struct pel_texture *textures[] = { &p->volume, &p->ranges, &p->masks[0], &p->masks[1], &p->mask_table, &p->picture, &p->depth };
-    struct pel_buffer *buffers[] = { &p->block, &p->view_block, &p->counters, &p->segments };
+    struct pel_buffer *buffers[] = { &p->block, &p->view_block, &p->counters, &p->segments, &p->tree };
     pel_target_destroy(d, &p->target);
     for (size_t i = 0; i < sizeof textures / sizeof *textures; i++)
         pel_texture_destroy(d, textures[i]);
@@ -135,6 +135,8 @@ static bool find_cells(struct pel_peel *p, const struct pel_frame *frame, struct
         glFinish();
         pel_frame_stage(frame, "ranges of cells", start);
     }
+    if (p->options.skipping == PEL_BY_TREE)
+        return pel_peel_plant_tree(p, error);
     if (p->counted)
         return true;
     begin_stage(p, PEL_STAGE_ACTIVE, "peel: active cells");
@@ -148,6 +150,7 @@ bool pel_peel_prepare(struct pel_peel *p, const struct pel_frame *frame, struct 
     const struct pel_scene *scene = frame->scene;
     memset(p->milliseconds, 0, sizeof p->milliseconds);
     p->options = *(const struct pel_peel_options *)frame->options;
+    p->skip = scene->render.skip;
     if ((frame->changes & PEL_CHANGE_VOLUME) && !take_volume(p, frame, error))
         return false;
     if (frame->changes & (PEL_CHANGE_VOLUME | PEL_CHANGE_ISOSURFACES | PEL_CHANGE_TRANSFER | PEL_CHANGE_SETTINGS)) {
@@ -161,10 +164,16 @@ bool pel_peel_prepare(struct pel_peel *p, const struct pel_frame *frame, struct 
     pel_peel_grid(&p->job, p->options.granularity, p->view.grid);
     const struct pel_gpu_job job = { &p->job, scene, &p->format, &p->box };
     return pel_peel_view_setup(p, scene->camera.parallel, error) && pel_gpu_job_send(p->device, &job, &p->block, error) &&
-           (!scene->render.skip || find_cells(p, frame, error));
+           (!p->skip || find_cells(p, frame, error));
 }
 
 /* ---- drawing ---- */
+
+/* Whole rays need no masks, nor does a tree. */
+static bool masked(const struct pel_peel *p)
+{
+    return p->skip && p->options.skipping == PEL_BY_MASKS;
+}
 
 static bool reserve(struct pel_peel *p, const struct pel_image *image, struct pel_error *error)
 {
@@ -184,7 +193,7 @@ static bool reserve(struct pel_peel *p, const struct pel_image *image, struct pe
     return true;
 }
 
-static GLuint casting_program(struct pel_peel *p, bool skip, struct pel_error *error)
+static GLuint casting_program(struct pel_peel *p, struct pel_error *error)
 {
     const struct {
         const char *word;
@@ -195,7 +204,8 @@ static GLuint casting_program(struct pel_peel *p, bool skip, struct pel_error *e
         { "STEPPING", p->options.roots != PEL_ROOTS_CUBIC },
         { "BINARY_SEARCH", p->options.roots == PEL_ROOTS_SEARCH },
         { "EXTERIOR", !p->options.interior },
-        { "WHOLE", !skip },
+        { "WHOLE", !p->skip },
+        { "TREE", p->skip && p->options.skipping == PEL_BY_TREE },
     };
     char defines[256] = "";
     int length = 0;
@@ -223,6 +233,10 @@ static bool cast_rays(struct pel_peel *p, const struct pel_frame *frame, GLuint 
     glUseProgram(program);
     glBindTextureUnit(PEL_UNIT_VOLUME, p->volume.name);
     glBindTextureUnit(PEL_UNIT_MASK_TABLE, p->mask_table.name);
+    if (p->skip && !masked(p)) {
+        glBindTextureUnit(PEL_UNIT_RANGES, p->ranges.name);
+        glBindBufferBase(GL_SHADER_STORAGE_BUFFER, PEL_BUFFER_TREE, p->tree.name);
+    }
     glBindBufferBase(GL_SHADER_STORAGE_BUFFER, PEL_BUFFER_COUNTERS, p->counters.name);
     glBindBufferBase(GL_SHADER_STORAGE_BUFFER, PEL_BUFFER_PEEL_COUNTERS, p->segments.name);
     glBindImageTexture(0, p->picture.name, 0, GL_FALSE, 0, GL_WRITE_ONLY, GL_RGBA32F);
@@ -238,12 +252,12 @@ static bool cast_rays(struct pel_peel *p, const struct pel_frame *frame, GLuint 
     return true;
 }
 
-/* Masks and rays of a rectangle of the screen. Where nothing is skipped there are no masks. */
+/* Masks and rays of a rectangle of the screen. */
 static bool draw_tile(struct pel_peel *p, const struct pel_frame *frame, GLuint program, enum pel_mask_path path, const int tile[4],
                       struct pel_error *error)
 {
     bool ok = true;
-    if (frame->scene->render.skip) {
+    if (masked(p)) {
         begin_stage(p, PEL_STAGE_MASKS, "peel: masks");
         ok = pel_peel_make_masks(p, path, tile, error);
         end_stage(p, PEL_STAGE_MASKS);
@@ -261,11 +275,11 @@ static bool draw_tiles(struct pel_peel *p, const struct pel_frame *frame, enum p
 {
     const int *screen = p->screen;
     int sides[2] = { screen[2], screen[3] };
-    GLuint program = casting_program(p, frame->scene->render.skip, error);
+    GLuint program = casting_program(p, error);
     p->tiles = 0;
     if (!program || !screen[2])
         return program != 0;
-    if (frame->scene->render.skip) {
+    if (masked(p)) {
         pel_peel_mask_tile(p, sides);
         const int first[4] = { screen[0], screen[1], sides[0], sides[1] };
         if (!pel_peel_choose_path(p, first, path, error))
@@ -322,7 +336,7 @@ static void note(struct pel_peel *p, const struct pel_frame *frame, enum pel_mas
     }
     pel_frame_count(frame, "rays with segments", rays);
     pel_frame_count(frame, "segments", segments);
-    if (frame->scene->render.skip) {
+    if (masked(p)) {
         pel_frame_count(frame, "cells", cells);
         pel_frame_count(frame, "active cells", p->pyramid.total);
         pel_frame_count(frame, "cell-slices", (uint64_t)p->view.major[2]);

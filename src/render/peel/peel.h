@@ -24,16 +24,19 @@ struct pel_peel_options {
     bool interior;   /* skip what is empty between the first layer and the last, too */
     enum pel_peel_cover cover;
     enum pel_mask_path path;
+    enum pel_peel_skipping { PEL_BY_MASKS, PEL_BY_TREE } skipping;
 };
+
+enum { PEL_TREE_LEVELS = 12 };
 
 /* The shaders' PeelBlock (peel_block.glsl), in the same order. */
 struct pel_peel_block {
     float to_pixel[3][4], from[4];
-    int32_t grid[4], major[4], tile[4], wide[4];
+    int32_t grid[4], major[4], tile[4], wide[4], tree[PEL_TREE_LEVELS];
 };
 
 /* Texture units and buffers beside those of gpu_job.h. */
-enum { PEL_UNIT_RANGES = 2, PEL_UNIT_MASKS = 5, PEL_UNIT_MASK_TABLE = 6, PEL_BUFFER_PEEL_COUNTERS = 7, PEL_BLOCK_PEEL = 1 };
+enum { PEL_UNIT_RANGES = 2, PEL_UNIT_MASKS = 5, PEL_UNIT_MASK_TABLE = 6, PEL_BUFFER_PEEL_COUNTERS = 7, PEL_BUFFER_TREE, PEL_BLOCK_PEEL = 1 };
 enum pel_peel_stage { PEL_STAGE_ACTIVE, PEL_STAGE_MASKS, PEL_STAGE_CAST, PEL_PEEL_STAGES };
 
 struct pel_peel {
@@ -47,6 +50,8 @@ struct pel_peel {
     struct pel_texture volume;
     struct pel_texture ranges; /* of macro-cells */
     int granularity;           /* that they have; 0: there are none */
+    struct pel_buffer tree;    /* levels above them; only where the options ask for it */
+    bool planted;              /* it is that of the ranges */
 
     /* With the isovalues. */
     struct pel_histopyramid pyramid;
@@ -55,6 +60,7 @@ struct pel_peel {
     /* With the view. */
     struct pel_job job;
     struct pel_peel_block view;
+    bool skip;     /* of the frame; else whole rays */
     int screen[4]; /* of the picture: the rectangle on to which the volume projects, by whole tiles of 8; [2] is 0 where it is nowhere */
     struct pel_buffer block, view_block, counters, segments;
     struct pel_texture masks[2], mask_table, picture, depth; /* masks: of the two ways to make them */
@@ -91,6 +97,9 @@ void pel_peel_grid(const struct pel_job *job, int granularity, int grid[4]);
 bool pel_peel_find_ranges(struct pel_peel *peel, struct pel_error *error);
 /* The active ones among them, in the pyramid. */
 bool pel_peel_find_active(struct pel_peel *peel, struct pel_error *error);
+
+/* The min-max tree over the ranges, where it is not there yet. */
+bool pel_peel_plant_tree(struct pel_peel *peel, struct pel_error *error);
 
 /* ---- peel_masks.c: stage 2 ---- */
 

@@ -6,5 +6,6 @@ layout(std140, binding = 1) uniform PeelBlock {
     ivec4 grid;       // macro-cells along each axis; voxel steps along an edge of one (granularity)
     ivec4 major;      // the major axis; the sign of the optical axis along it; cell-slices along it (TotalSlice); slices of a layer
     ivec4 tile;       // of the screen: first pixel, size
-    ivec4 wide;       // x: 1 where every cell must count as active
+    ivec4 wide;       // x: 1 where every cell must count as active; y: levels of the min-max tree
+    ivec4 tree[3];    // where the levels start
 } peel;

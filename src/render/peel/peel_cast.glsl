@@ -7,8 +7,27 @@
 #include "gather.glsl"
 #include "tile.glsl"
 #include "surface.glsl"
+#include "peel_block.glsl"
+#ifdef TREE
+#include "peel_tree.glsl"
+#else
 #include "peel_segments.glsl"
+#endif
 layout(std430, binding = 7) buffer PeelCounters { uvec4 peel_counters[64]; }; // x: rays that have segments; y, z: segments, low and high
+
+#ifdef WHOLE
+#define NEXT_SEGMENT whole_ray
+// Brute force: one stretch, whatever the masks would say.
+bool whole_ray(ivec2 pixel, const Ray r, out vec2 stretch)
+{
+    bool first = segments == 0u;
+    stretch = vec2(0.0, 1e30);
+    segments = 1u;
+    return first;
+}
+#else
+#define NEXT_SEGMENT next_segment
+#endif
 
 #ifdef STEPPING
 #ifdef BINARY_SEARCH
@@ -34,7 +53,7 @@ float binary_search(const Ray r, float iso, float a, float f, float b, float g)
 bool next_steps(ivec2 pixel, const Ray r, inout int k, inout int end)
 {
     vec2 stretch;
-    while (NEXT_SEGMENT(pixel, stretch)) {
+    while (NEXT_SEGMENT(pixel, r, stretch)) {
         int first = max(int(floor(clamp(stretch.x, 0.0, float(r.n)))), k);
         end = int(ceil(clamp(stretch.y, 0.0, float(r.n))));
         if (first > k)
@@ -79,7 +98,7 @@ uint cast_ray(ivec2 pixel, const Ray r)
 bool next_place(ivec2 pixel, const Ray r, float whole, inout float at, inout float end)
 {
     vec2 stretch;
-    while (NEXT_SEGMENT(pixel, stretch)) {
+    while (NEXT_SEGMENT(pixel, r, stretch)) {
         float first = clamp(stretch.x, 0.0, whole);
         end = min(stretch.y, whole);
         if (first > at) {

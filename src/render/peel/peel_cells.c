@@ -19,6 +19,7 @@ bool pel_peel_find_ranges(struct pel_peel *p, struct pel_error *error)
     GLuint program =
         pel_gpu_program(p->device, &p->programs, "peel_range.glsl", p->format.voids ? PEL_HAS_VOIDS : 0, PEL_MODE_ISOSURFACE, error);
     p->granularity = 0;
+    p->planted = false;
     if (!program || !pel_texture_reserve(p->device, &p->ranges, range_format(p->format.texture), grid[0], grid[1], grid[2], GL_NEAREST, error))
         return false;
     glUseProgram(program);
@@ -46,4 +47,52 @@ bool pel_peel_find_active(struct pel_peel *p, struct pel_error *error)
         return false;
     p->counted = true;
     return true;
+}
+
+/* Nodes of a level along an axis. */
+static int nodes(const struct pel_peel *p, int level, int axis)
+{
+    return ((p->view.grid[axis] - 1) >> level) + 1;
+}
+
+/* Where levels start in the buffer; up to a single node. */
+static bool lay_tree(struct pel_peel *p, uint64_t *whole)
+{
+    *whole = 0;
+    for (int level = 1; level < PEL_TREE_LEVELS; level++) {
+        uint64_t count = 1;
+        for (int a = 0; a < 3; a++)
+            count *= (uint64_t)nodes(p, level, a);
+        p->view.tree[level] = (int32_t)*whole;
+        *whole += count;
+        p->view.wide[1] = level + 1;
+        if (*whole * 8 > p->device->info.max_storage_buffer_bytes)
+            return false;
+        if (count == 1)
+            return true;
+    }
+    return true;
+}
+
+bool pel_peel_plant_tree(struct pel_peel *p, struct pel_error *error)
+{
+    uint64_t whole;
+    if (p->planted)
+        return true;
+    if (!lay_tree(p, &whole))
+        return pel_fail(error, PEL_ERROR_UNSUPPORTED, "the device's buffers do not hold the min-max tree; take a coarser granularity");
+    GLuint program = pel_gpu_program(p->device, &p->programs, "peel_tree_level.glsl", 0, PEL_MODE_ISOSURFACE, error);
+    if (!program || !pel_buffer_fill(p->device, &p->tree, NULL, (size_t)whole * 8, error) || !pel_peel_send_view(p, p->screen, error))
+        return false;
+    glUseProgram(program);
+    glBindTextureUnit(PEL_UNIT_RANGES, p->ranges.name);
+    glBindBufferBase(GL_SHADER_STORAGE_BUFFER, PEL_BUFFER_TREE, p->tree.name);
+    for (int level = 1; level < p->view.wide[1]; level++) {
+        glProgramUniform1i(program, 0, level);
+        glDispatchCompute((GLuint)(nodes(p, level, 0) + GROUP - 1) / GROUP, (GLuint)(nodes(p, level, 1) + GROUP - 1) / GROUP,
+                          (GLuint)(nodes(p, level, 2) + GROUP - 1) / GROUP);
+        glMemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT);
+    }
+    p->planted = true;
+    return pel_device_check(p->device, "min-max tree", error);
 }

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: MIT
 // Section 4.3.1: from masks to the stretches of a ray in which a surface may be, near to far, with depths in 32-bit float.
-#include "peel_block.glsl"
 layout(binding = 5) uniform usampler2DArray masks;
 layout(binding = 6) uniform usampler2D mask_table; // of each mask of 16 bits: runs of set bits, where they start and where they end, four bits each (peel.c)
 
@@ -51,7 +50,7 @@ vec2 depths_of(int start, int end)
 
 #ifdef EXTERIOR
 // Interior skipping off (section 6.2): one stretch, from the first layer to the last.
-bool next_segment(ivec2 pixel, out vec2 stretch)
+bool next_segment(ivec2 pixel, const Ray r, out vec2 stretch)
 {
     int first = 1 << 30, last = -1;
     for (; onward * slab <= onward * last_slab; slab += onward) {
@@ -68,7 +67,7 @@ bool next_segment(ivec2 pixel, out vec2 stretch)
     return last >= 0;
 }
 #else
-bool next_segment(ivec2 pixel, out vec2 stretch)
+bool next_segment(ivec2 pixel, const Ray r, out vec2 stretch)
 {
     while (left == 0) {
         if (onward * slab > onward * last_slab)
@@ -85,18 +84,4 @@ bool next_segment(ivec2 pixel, out vec2 stretch)
     segments++;
     return true;
 }
-#endif
-
-#ifdef WHOLE
-#define NEXT_SEGMENT whole_ray
-// Brute force: one stretch, whatever the masks would say.
-bool whole_ray(ivec2 pixel, out vec2 stretch)
-{
-    bool first = segments == 0u;
-    stretch = vec2(0.0, 1e30);
-    segments = 1u;
-    return first;
-}
-#else
-#define NEXT_SEGMENT next_segment
 #endif

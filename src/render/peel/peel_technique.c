@@ -7,6 +7,7 @@
 
 static const char *const roots[] = { "cubic", "steps", "search", NULL };
 static const char *const covers[] = { "disc", "box", NULL };
+static const char *const skippings[] = { "masks", "tree", NULL };
 static const char *const paths[] = { "auto", "raster", "compute", NULL };
 
 #define AT(field) offsetof(struct pel_peel_options, field)
@@ -19,6 +20,9 @@ static const struct pel_option options[] = {
       "voxels" },
     { "interior", "Interior skipping", "Skip what is empty between the first layer of active cells and the last, too", PEL_OPTION_BOOL,
       AT(interior), 0, 0, "true", NULL, NULL },
+    { "segments", "Segments",
+      "What finds a ray's segments: the peeled masks, or a traversal of a min-max tree along each ray, to compare them with",
+      PEL_OPTION_CHOICE, AT(skipping), 0, 0, "masks", skippings, NULL },
     { "cover", "Cover", "What of the screen an active cell covers: the paper's disc around it, or the bound of its box",
       PEL_OPTION_CHOICE, AT(cover), 0, 0, "box", covers, NULL },
     { "mask-path", "Mask path",
