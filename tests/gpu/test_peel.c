@@ -353,7 +353,7 @@ static void test_tiles(void **state)
     struct pel_scene scene;
     struct pel_image whole, tiled;
     struct pel_device_params params = PEL_DEVICE_PARAMS_INIT;
-    params.memory_limit = 60000; /* the volume has some 39000 bytes in 16 bits */
+    params.memory_limit = 60000; /* the volume has some 39000 bytes in 16 bits, its cells some 13000 */
     struct pel_device *small = pel_device_create(-1, &params, &error);
     assert_non_null(small);
     struct pel_renderer_params on = PEL_RENDERER_PARAMS_INIT;
@@ -417,6 +417,14 @@ static void test_refusals(void **state)
     assert_int_equal(counter(renderer, "active cells"), 0);
     pel_image_finish(&image);
     pel_renderer_destroy(renderer);
+    struct pel_device_params params = PEL_DEVICE_PARAMS_INIT;
+    struct pel_renderer_params on = PEL_RENDERER_PARAMS_INIT;
+    params.memory_limit = 30000;
+    on.device = pel_device_create(-1, &params, NULL);
+    renderer = pel_renderer_create(&on, NULL);
+    expect_refusal(renderer, &scene, "whole volume");
+    pel_renderer_destroy(renderer);
+    pel_device_destroy(on.device);
     struct pel_renderer *cpu = pel_renderer_create(NULL, NULL);
     expect_refusal(cpu, &scene, "GPU");
     pel_renderer_destroy(cpu);

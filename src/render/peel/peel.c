@@ -65,13 +65,16 @@ static void end_stage(struct pel_peel *p, enum pel_peel_stage stage)
 /* The volume, the macro-cells' ranges and the counts over them must all fit. */
 static bool fits(const struct pel_peel *p, const struct pel_volume *v, struct pel_error *error)
 {
-    uint64_t bytes = (uint64_t)p->format.bytes, limit = p->device->params.memory_limit;
+    uint64_t voxels = 1, cells = 1, each = (uint64_t)p->format.bytes, limit = p->device->params.memory_limit;
+    int grid[4];
     bool fits = true;
+    pel_peel_grid(&p->job, p->options.granularity, grid);
     for (int a = 0; a < 3; a++) {
         fits &= v->dims[a] <= (size_t)p->device->info.max_texture_3d;
-        bytes *= v->dims[a];
+        voxels *= v->dims[a];
+        cells *= (uint64_t)grid[a];
     }
-    return (fits && (!limit || bytes <= limit)) ||
+    return (fits && (!limit || voxels * each + cells * (2 * each + 2) <= limit)) ||
            pel_fail(error, PEL_ERROR_UNSUPPORTED,
                     "peel keeps the whole volume on the device, which does not hold it; use the technique raycast");
 }
@@ -94,6 +97,7 @@ static bool take_volume(struct pel_peel *p, const struct pel_frame *frame, struc
     const struct pel_volume *v = frame->scene->volume;
     p->format = pel_gpu_format_of(p->device, v, frame->threads);
     p->granularity = 0;
+    p->chosen = PEL_MASKS_AUTO;
     set_box(&p->box, v);
     for (int a = 0; a < 3; a++)
         p->job.dims[a] = (int32_t)v->dims[a];

@@ -4,8 +4,8 @@
 #include "peel_block.glsl"
 #include "histopyramid.glsl"
 
-// By how much a cell is enlarged, in voxels: more than rounding moves rays and eye. How near to the eye, in voxels, a cell counts as around it.
-const float GROWN = 2e-3, AROUND = 1e-2;
+// By how much a cell is enlarged, in voxels: more than rounding moves rays and eye, and texture units samples (1/256). How near to the eye, in voxels, a cell counts as around it.
+const float GROWN = 6e-3, AROUND = 2e-2;
 const float MARGIN = 0.02; // pixels; rasterisers round to 1/256
 
 struct Cover {

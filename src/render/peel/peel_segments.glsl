@@ -3,8 +3,8 @@
 layout(binding = 5) uniform usampler2DArray masks;
 layout(binding = 6) uniform usampler2D mask_table; // of each mask of 16 bits: runs of set bits, where they start and where they end, four bits each (peel.c)
 
-// How far a stretch reaches beyond the voxel-slices that border it, in voxels: more than rounding moves them.
-const float BEYOND = 4e-3;
+// How far a stretch reaches beyond the voxel-slices that border it, in voxels: more than rounding moves them, and texture units samples (1/256).
+const float BEYOND = 8e-3;
 
 float depth0, delta_depth;  // of voxel-slice 0, and between two, in steps along the ray
 float beyond;               // BEYOND in steps

@@ -30,7 +30,7 @@ bool next_segment(ivec2 pixel, const Ray r, out vec2 stretch)
 {
     vec3 side = mix(vec3(1.0), vec3(0.0), lessThan(r.inverse, vec3(0.0))), slow = abs(r.inverse);
     bvec3 single = equal(job.dims.xyz, ivec3(1));
-    float beyond = 4e-3 * min(min(slow.x, slow.y), slow.z);
+    float beyond = 8e-3 * min(min(slow.x, slow.y), slow.z);
     while (!tree_left) {
         ivec3 node = leaf >> level, low = node << level, high = low + (1 << level) - 1;
         bool holds = node_holds(node, level);
