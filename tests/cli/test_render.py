@@ -244,7 +244,7 @@ with Folder() as folder:
         check(told["counters"]["active cells"] > 0 and told["counters"]["segments"] >= told["counters"]["rays with segments"] > 0 and
               {"active cells", "masks", "cast rays"} <= {s["name"] for s in told["stages"]}, "its counters and stages", told)
         for words, word in [(["--mode", "composite"], "raycast"), (["--mode", "mip"], "raycast"), (["--granularity", "9"], "granularity"), (["--granularity", "0"], "granularity"),
-                            (["--cover", "square"], "cover"), (["--mask-path", "cpu"], "mask-path"), (["--roots", "linear"], "roots")]:
+                            (["--cover", "square"], "cover"), (["--mask-path", "cpu"], "mask-path"), (["--roots", "linear"], "roots"), (["--segments", "tree", "--no-interior"], "layer")]:
             result = run(*[w for w in peel if words[0] != "--mode" or w not in ("--isovalue", "0.5")], "-o", folder / "no.png", *words)
             check(result.status == 2 and word in result.err, "peel refuses " + " ".join(words), result)
         result = run(*peel, "-o", folder / "no.png", "--device", "cpu")

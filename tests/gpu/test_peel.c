@@ -84,10 +84,12 @@ static void check_view(struct pel_renderer *renderer, const struct pel_scene *sc
     pel_image_finish(&peeled);
 
     set_option(renderer, "segments", "tree"); /* the rival must be right, too */
+    set_option(renderer, "interior", "true");
     draw_by(renderer, scene, "peel", WIDTH, HEIGHT, &peeled);
     check_same_bytes(&brute, &peeled, what);
     pel_image_finish(&peeled);
     set_option(renderer, "segments", "masks");
+    take_options(renderer, number, options, sizeof options);
 
     set_option(renderer, "roots", "search");
     draw_by(renderer, scene, "peel", WIDTH, HEIGHT, &peeled);
@@ -406,6 +408,10 @@ static void test_refusals(void **state)
             expect_refusal(renderer, &scene, "raycast");
     }
     scene.render.mode = PEL_MODE_ISOSURFACE;
+    set_option(renderer, "segments", "tree");
+    set_option(renderer, "interior", "false");
+    expect_refusal(renderer, &scene, "layer");
+    set_option(renderer, "segments", "masks");
     scene.camera.focal_point[0] += 1e5; /* nothing in view */
     draw_by(renderer, &scene, "peel", WIDTH, HEIGHT, &image);
     assert_int_equal(hits(&image), 0);

@@ -5,7 +5,7 @@
 
 #include "fail.h"
 
-#define LOCAL 64         /* invocations of a work group */
+#define LOCAL 64          /* invocations of a work group */
 #define MOST_GROUPS 32768 /* along x; GL allows 65535 */
 
 /* What lies before the sums in their buffer; HistoLevels of histopyramid.glsl. */
@@ -42,8 +42,9 @@ bool pel_histopyramid_reserve(struct pel_device *device, struct pel_histopyramid
            levels = sizeof(struct head) + whole * 4 * sizeof(uint32_t);
     const uint64_t most = device->info.max_storage_buffer_bytes;
     if (!fits || base > most || levels > most)
-        return pel_fail(error, PEL_ERROR_UNSUPPORTED, "%zu cells are more than the device counts in a buffer of %llu bytes; take coarser ones",
-                        items, (unsigned long long)most);
+        return pel_fail(error, PEL_ERROR_UNSUPPORTED,
+                        "%zu cells are more than the device counts in a buffer of %llu bytes; take coarser ones", items,
+                        (unsigned long long)most);
     struct head head = { .top = (uint32_t)p->level_count - 1 };
     memcpy(head.offsets, p->offsets, sizeof p->offsets);
     if (!pel_buffer_fill(device, &p->base, NULL, base, error) || !pel_buffer_fill(device, &p->levels, NULL, levels, error))

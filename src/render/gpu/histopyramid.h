@@ -8,8 +8,8 @@
  * pel_histopyramid_dispatch over groups of 16 items); build; bind; then any shader that includes histopyramid.glsl may ask
  * histo_find(number), in GL_DRAW of `total` vertices or in a dispatch of `total` invocations.
  *
- * Counts are bytes, 16 of them a uvec4; the first level has a sum for each 16 items, every further one for each four sums: 4/3 bytes an item
- * in all, where the paper's texture of RGBA words takes 16/3. */
+ * Counts are bytes, 16 of them a uvec4; the first level has a sum for each 16 items, every further one for each four sums: 4/3 bytes an
+ * item in all, where the paper's texture of RGBA words takes 16/3. */
 #ifndef PEL_RENDER_GPU_HISTOPYRAMID_H
 #define PEL_RENDER_GPU_HISTOPYRAMID_H
 
@@ -23,7 +23,7 @@ struct pel_histopyramid {
     size_t items;
     int level_count;
     uint32_t sizes[PEL_HISTO_LEVELS], offsets[PEL_HISTO_LEVELS]; /* of levels, from the lowest: sums, and the first one's uvec4 */
-    uint32_t total; /* outputs of all items, after pel_histopyramid_build */
+    uint32_t total;                                              /* outputs of all items, after pel_histopyramid_build */
 };
 
 /* Room for so many items. Counts are undefined then. The sum of all counts must stay below 2^32. PEL_ERROR_UNSUPPORTED where the device's

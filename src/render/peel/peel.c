@@ -13,7 +13,7 @@
 #include "rays.h"
 #include "timer.h"
 
-#define TILE 8          /* pixels a side (tile.glsl) */
+#define TILE 8 /* pixels a side (tile.glsl) */
 #define COUNTER_ROWS 64
 #define STRIP_SAMPLES 3e8 /* in one dispatch: no driver may take it for a hang */
 
@@ -185,8 +185,8 @@ static bool reserve(struct pel_peel *p, const struct pel_image *image, struct pe
     const float nothing[4] = { 0 }, nowhere = INFINITY;
     const int most = p->device->info.max_texture_2d;
     if (image->width > most || image->height > most || (uint64_t)image->width * (uint64_t)image->height > INT32_MAX / (4 * sizeof(float)))
-        return pel_fail(error, PEL_ERROR_UNSUPPORTED, "a picture of %d x %d is more than the GPU engine draws; use --device cpu", image->width,
-                        image->height);
+        return pel_fail(error, PEL_ERROR_UNSUPPORTED, "a picture of %d x %d is more than the GPU engine draws; use --device cpu",
+                        image->width, image->height);
     if (!pel_texture_reserve(p->device, &p->picture, GL_RGBA32F, image->width, image->height, 0, GL_NEAREST, error) ||
         !pel_texture_reserve(p->device, &p->depth, GL_R32F, image->width, image->height, 0, GL_NEAREST, error) ||
         !pel_buffer_fill(p->device, &p->counters, none, sizeof none, error) ||

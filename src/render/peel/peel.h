@@ -36,7 +36,14 @@ struct pel_peel_block {
 };
 
 /* Texture units and buffers beside those of gpu_job.h. */
-enum { PEL_UNIT_RANGES = 2, PEL_UNIT_MASKS = 5, PEL_UNIT_MASK_TABLE = 6, PEL_BUFFER_PEEL_COUNTERS = 7, PEL_BUFFER_TREE, PEL_BLOCK_PEEL = 1 };
+enum {
+    PEL_UNIT_RANGES = 2,
+    PEL_UNIT_MASKS = 5,
+    PEL_UNIT_MASK_TABLE = 6,
+    PEL_BUFFER_PEEL_COUNTERS = 7,
+    PEL_BUFFER_TREE,
+    PEL_BLOCK_PEEL = 1
+};
 enum pel_peel_stage { PEL_STAGE_ACTIVE, PEL_STAGE_MASKS, PEL_STAGE_CAST, PEL_PEEL_STAGES };
 
 struct pel_peel {

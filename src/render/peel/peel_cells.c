@@ -20,7 +20,8 @@ bool pel_peel_find_ranges(struct pel_peel *p, struct pel_error *error)
         pel_gpu_program(p->device, &p->programs, "peel_range.glsl", p->format.voids ? PEL_HAS_VOIDS : 0, PEL_MODE_ISOSURFACE, error);
     p->granularity = 0;
     p->planted = false;
-    if (!program || !pel_texture_reserve(p->device, &p->ranges, range_format(p->format.texture), grid[0], grid[1], grid[2], GL_NEAREST, error))
+    if (!program ||
+        !pel_texture_reserve(p->device, &p->ranges, range_format(p->format.texture), grid[0], grid[1], grid[2], GL_NEAREST, error))
         return false;
     glUseProgram(program);
     glBindTextureUnit(PEL_UNIT_VOLUME, p->volume.name);

@@ -58,7 +58,7 @@ bool pel_peel_mask_table(struct pel_peel *p, struct pel_error *error)
 {
     if (p->mask_table.name)
         return true;
-    uint32_t (*runs)[4] = pel_alloc(1 << 16, sizeof *runs, "mask table", error);
+    uint32_t(*runs)[4] = pel_alloc(1 << 16, sizeof *runs, "mask table", error);
     if (!runs)
         return false;
     for (unsigned mask = 0; mask < 1 << 16; mask++)
