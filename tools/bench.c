@@ -221,6 +221,18 @@ static double peak_memory_mb(void)
     return (double)usage.ru_maxrss / 1024;
 }
 
+/* Stages and counters of the last frame: after a change of the isovalue, or of the transfer function. */
+static json_t *json_last_frame(const struct pel_frame_stats *stats)
+{
+    json_t *stages = json_object(), *counters = json_object();
+    for (int i = 0; i < stats->stage_count; i++)
+        json_object_set_new(stages, stats->stages[i].name,
+                            json_number(stats->stages[i].gpu_ms >= 0 ? stats->stages[i].gpu_ms : stats->stages[i].cpu_ms));
+    for (int i = 0; i < stats->counter_count; i++)
+        json_object_set_new(counters, stats->counters[i].name, json_integer((json_int_t)stats->counters[i].value));
+    return json_pack("{s:o, s:o}", "stages", stages, "counters", counters);
+}
+
 static bool print_json(struct bench *bench)
 {
     const struct pel_frame_stats *stats = pel_renderer_stats(bench->renderer);
@@ -246,6 +258,7 @@ static bool print_json(struct bench *bench)
     json_object_set_new(json, "isa", stats->isa ? json_text(stats->isa) : json_null());
     json_object_set_new(json, "technique", json_text(stats->technique));
     json_object_set_new(json, "size", json_pack("[i, i]", bench->image.width, bench->image.height));
+    json_object_set_new(json, "last_frame", json_last_frame(stats));
     return json_print(json, stdout);
 }
 
@@ -325,7 +338,7 @@ const struct command command_bench = {
         "samples_taken and samples_skipped (medians), cast_ms (while rays are cast), samples_per_second (in that time), "
         "texture_samples_per_second (what the GPU takes along the same rays if it does nothing else; null on the CPU), upload_ms, "
         "upload_mb_per_second, device_bytes (null on the CPU), peak_memory_mb and volume_mb (of 1048576 bytes), load_ms, threads, "
-        "device, isa, technique and size.",
+        "device, isa, technique, size and last_frame (stages in milliseconds and counters of the last frame drawn).",
     .examples = "  pellucid bench head.nrrd --shade --json\n"
                 "  pellucid bench head.nrrd --isovalue 90 --size 1024 --frames 15",
     .groups = groups,

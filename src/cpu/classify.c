@@ -195,8 +195,11 @@ static bool build_bounds(struct pel_classification_state *s, const struct pel_mi
     return true;
 }
 
-static void set_isosurfaces(struct pel_job *job, const struct pel_scene *scene, struct pel_raw_scale raw)
+void pel_classify_isosurfaces(const struct pel_scene *scene, struct pel_raw_scale raw, struct pel_job *job)
 {
+    const double *range = scene->volume->range;
+    job->mode = scene->render.mode;
+    job->iso_margin = (float)(2e-6 * fmax(fabs(range[0] - raw.offset), fabs(range[1] - raw.offset)) / raw.scale);
     job->iso_count = 0;
     for (int i = 0; i < scene->isosurface_count; i++) {
         const struct pel_isosurface *from = &scene->isosurfaces[i];
@@ -243,9 +246,7 @@ bool pel_classify_tables(struct pel_classification_state *state, const struct pe
     job->sum_tau = state->sum_tau;
     job->sum_red = state->sum_color[0], job->sum_green = state->sum_color[1], job->sum_blue = state->sum_color[2];
     job->step_over_unit = (float)length;
-    job->mode = scene->render.mode;
-    set_isosurfaces(job, scene, raw);
-    job->iso_margin = (float)(2e-6 * fmax(fabs(v->range[0] - raw.offset), fabs(v->range[1] - raw.offset)) / raw.scale);
+    pel_classify_isosurfaces(scene, raw, job);
     return true;
 }
 

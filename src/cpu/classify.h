@@ -35,6 +35,8 @@ bool pel_mode_has_map(enum pel_mode mode);
 /* Builds the look-up tables and isovalues for the scene, and points the job at them: all that a classification needs but the cells. */
 bool pel_classify_tables(struct pel_classification_state *state, const struct pel_scene *scene, struct pel_raw_scale raw,
                          struct pel_job *job, struct pel_error *error);
+/* The mode and the isovalues, in rising order, alone: all that a technique needs which draws nothing but isosurfaces. */
+void pel_classify_isosurfaces(const struct pel_scene *scene, struct pel_raw_scale raw, struct pel_job *job);
 /* The tables, and marks or bounds of cells. */
 bool pel_classify(struct pel_classification_state *state, const struct pel_scene *scene, const struct pel_minmax *minmax,
                   struct pel_raw_scale raw, int threads, struct pel_job *job, struct pel_error *error);

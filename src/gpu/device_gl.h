@@ -72,7 +72,7 @@ enum {
 struct pel_gl_saved_drawing {
     GLint switches[PEL_SAVED_SWITCHES]; /* glEnable's */
     GLint scissor;                      /* viewport 0's */
-    GLint depth_func, cull_face, front_face, polygon_mode[2], clip_origin, clip_depth;
+    GLint logic_op, depth_func, cull_face, front_face, polygon_mode[2], clip_origin, clip_depth;
     GLboolean depth_mask;
     struct {
         GLint func, reference, value_mask, write_mask, fail, depth_fail, pass;

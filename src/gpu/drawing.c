@@ -57,6 +57,8 @@ static void set_state(const struct pel_pass *pass)
         glBlendFunc(GL_ONE_MINUS_DST_ALPHA, GL_ONE);
     else if (pass->blending == PEL_BLEND_OVER)
         glBlendFunc(GL_ONE, GL_ONE_MINUS_SRC_ALPHA);
+    set(GL_COLOR_LOGIC_OP, pass->logic_or);
+    glLogicOp(pass->logic_or ? GL_OR : GL_COPY);
     set(GL_STENCIL_TEST, pass->stencil_write || pass->stencil_test);
     glStencilMask(pass->stencil_write ? 0xff : 0);
     glStencilFunc(pass->stencil_test ? GL_GEQUAL : GL_ALWAYS, 0, 0xff);

@@ -11,7 +11,8 @@ struct pel_target {
     GLuint name;
 };
 
-/* Hangs textures on the target, made if need be; NULL: none of that kind. A depth texture's stencil comes with it. */
+/* Hangs textures on the target, made if need be; NULL: none of that kind. A depth texture's stencil comes with it. All layers of an array
+ * texture are drawn to, as the geometry shader says. */
 bool pel_target_set(struct pel_device *device, struct pel_target *target, const struct pel_texture *color, const struct pel_texture *depth,
                     struct pel_error *error);
 void pel_target_destroy(struct pel_device *device, struct pel_target *target); /* accepts a zeroed one */
@@ -27,6 +28,7 @@ struct pel_pass {
     GLenum depth_func; /* GL_LESS, ...; 0: no test, and nothing is written */
     bool depth_write, color_write;
     enum pel_blending blending;
+    bool logic_or;      /* in place of blending, on whole numbers: dst |= src */
     bool stencil_write; /* the fragment shader's value goes into the stencil buffer */
     bool stencil_test;  /* passes where the stencil buffer is at most the reference (pel_pass_stencil) */
 };

@@ -12,11 +12,14 @@ static size_t texel_bytes(GLenum format)
     case GL_R8UI:
         return 1;
     case GL_R16:
+    case GL_R16UI:
+    case GL_RG8:
         return 2;
     case GL_RG32F:
     case GL_RGBA16F:
         return 8;
     case GL_RGBA32F:
+    case GL_RGBA32UI:
         return 16;
     default:
         return 4;

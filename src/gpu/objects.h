@@ -34,6 +34,9 @@ GLuint pel_programs_find(struct pel_device *device, struct pel_programs *program
 /* The same of pel_program_create_drawing. */
 GLuint pel_programs_find_drawing(struct pel_device *device, struct pel_programs *programs, const char *vertex, const char *fragment,
                                  const char *defines, struct pel_error *error);
+/* One with a geometry shader between them, which may send primitives to layers of an array texture. */
+GLuint pel_programs_find_layered(struct pel_device *device, struct pel_programs *programs, const char *vertex, const char *geometry,
+                                 const char *fragment, const char *defines, struct pel_error *error);
 void pel_programs_finish(struct pel_device *device, struct pel_programs *programs); /* accepts a zeroed one */
 
 struct pel_texture {

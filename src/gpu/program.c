@@ -137,12 +137,12 @@ static void fail_with_log(GLuint object, bool is_program, const char *file, stru
     pel_fail(error, PEL_ERROR_UNSUPPORTED, "%s: the driver refuses the shader: %s", file, named);
 }
 
-/* A program's stages: one that computes, or one or two that draw. */
+/* A program's stages: one that computes, or one to three that draw. */
 struct stages {
     int count;
-    GLenum kinds[2];
-    const char *files[2];
-    char *texts[2]; /* owned */
+    GLenum kinds[3];
+    const char *files[3];
+    char *texts[3]; /* owned */
 };
 
 static bool compose(struct stages *s, const char *defines, struct pel_error *error)
@@ -169,7 +169,7 @@ static GLuint compile(const struct stages *s, int i, struct pel_error *error)
 
 static bool build(GLuint program, const struct stages *s, struct pel_error *error)
 {
-    GLuint shaders[2] = { 0, 0 };
+    GLuint shaders[3] = { 0, 0, 0 };
     bool ok = true;
     glProgramParameteri(program, GL_PROGRAM_BINARY_RETRIEVABLE_HINT, GL_TRUE);
     for (int i = 0; i < s->count && ok; i++) {
@@ -240,11 +240,26 @@ GLuint pel_program_create(struct pel_device *device, const char *file, const cha
     return create(device, &s, defines, error);
 }
 
+/* `geometry` and `fragment` may be NULL. */
+static GLuint create_drawing(struct pel_device *device, const char *vertex, const char *geometry, const char *fragment, const char *defines,
+                             struct pel_error *error)
+{
+    struct stages s = { 1, { GL_VERTEX_SHADER }, { vertex }, { NULL } };
+    if (geometry) {
+        s.kinds[s.count] = GL_GEOMETRY_SHADER;
+        s.files[s.count++] = geometry;
+    }
+    if (fragment) {
+        s.kinds[s.count] = GL_FRAGMENT_SHADER;
+        s.files[s.count++] = fragment;
+    }
+    return create(device, &s, defines, error);
+}
+
 GLuint pel_program_create_drawing(struct pel_device *device, const char *vertex, const char *fragment, const char *defines,
                                   struct pel_error *error)
 {
-    struct stages s = { fragment ? 2 : 1, { GL_VERTEX_SHADER, GL_FRAGMENT_SHADER }, { vertex, fragment }, { NULL } };
-    return create(device, &s, defines, error);
+    return create_drawing(device, vertex, NULL, fragment, defines, error);
 }
 
 void pel_program_destroy(struct pel_device *device, GLuint program)
@@ -262,13 +277,14 @@ static void forget(struct pel_device *device, struct pel_named_program *program)
     free(program->key);
 }
 
-/* `vertex` NULL: one that computes. */
-static GLuint find(struct pel_device *device, struct pel_programs *programs, const char *vertex, const char *file, const char *defines,
-                   struct pel_error *error)
+/* `vertex` NULL: one that computes, of the file `fragment`. */
+static GLuint find(struct pel_device *device, struct pel_programs *programs, const char *vertex, const char *geometry, const char *fragment,
+                   const char *defines, struct pel_error *error)
 {
     char key[1024];
-    if (snprintf(key, sizeof key, "%s\n%s\n%s", vertex ? vertex : "", file ? file : "", defines) >= (int)sizeof key) {
-        pel_fail(error, PEL_ERROR_ARGUMENT, "%s: too many defines", file ? file : vertex);
+    if (snprintf(key, sizeof key, "%s\n%s\n%s\n%s", vertex ? vertex : "", geometry ? geometry : "", fragment ? fragment : "", defines) >=
+        (int)sizeof key) {
+        pel_fail(error, PEL_ERROR_ARGUMENT, "%s: too many defines", fragment ? fragment : vertex);
         return 0;
     }
     for (int i = 0; i < programs->count; i++)
@@ -276,8 +292,8 @@ static GLuint find(struct pel_device *device, struct pel_programs *programs, con
             return programs->list[i].name;
     struct pel_named_program made = { pel_alloc(strlen(key) + 1, 1, "a program's name", error), 0 };
     if (made.key)
-        made.name = vertex ? pel_program_create_drawing(device, vertex, file, defines, error) :
-                             pel_program_create(device, file, defines, error);
+        made.name = vertex ? create_drawing(device, vertex, geometry, fragment, defines, error) :
+                             pel_program_create(device, fragment, defines, error);
     if (!made.name) {
         free(made.key);
         return 0;
@@ -294,13 +310,19 @@ static GLuint find(struct pel_device *device, struct pel_programs *programs, con
 GLuint pel_programs_find(struct pel_device *device, struct pel_programs *programs, const char *file, const char *defines,
                          struct pel_error *error)
 {
-    return find(device, programs, NULL, file, defines, error);
+    return find(device, programs, NULL, NULL, file, defines, error);
 }
 
 GLuint pel_programs_find_drawing(struct pel_device *device, struct pel_programs *programs, const char *vertex, const char *fragment,
                                  const char *defines, struct pel_error *error)
 {
-    return find(device, programs, vertex, fragment, defines, error);
+    return find(device, programs, vertex, NULL, fragment, defines, error);
+}
+
+GLuint pel_programs_find_layered(struct pel_device *device, struct pel_programs *programs, const char *vertex, const char *geometry,
+                                 const char *fragment, const char *defines, struct pel_error *error)
+{
+    return find(device, programs, vertex, geometry, fragment, defines, error);
 }
 
 void pel_programs_finish(struct pel_device *device, struct pel_programs *programs)

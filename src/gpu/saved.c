@@ -179,6 +179,7 @@ static void save_drawing(struct pel_gl_saved_drawing *d)
         }
     d->scissor = glIsEnabledi(GL_SCISSOR_TEST, 0);
     glDisablei(GL_SCISSOR_TEST, 0);
+    glGetIntegerv(GL_LOGIC_OP_MODE, &d->logic_op);
     glGetIntegerv(GL_DEPTH_FUNC, &d->depth_func);
     glGetIntegerv(GL_CULL_FACE_MODE, &d->cull_face);
     glGetIntegerv(GL_FRONT_FACE, &d->front_face);
@@ -205,6 +206,7 @@ static void restore_drawing(const struct pel_gl_saved_drawing *d)
         glEnablei(GL_SCISSOR_TEST, 0);
     else
         glDisablei(GL_SCISSOR_TEST, 0);
+    glLogicOp((GLenum)d->logic_op);
     glDepthFunc((GLenum)d->depth_func);
     glCullFace((GLenum)d->cull_face);
     glFrontFace((GLenum)d->front_face);

@@ -5,13 +5,14 @@
 #include "technique.h"
 
 extern const struct pel_technique pel_technique_raycast, pel_technique_reference, pel_technique_slices2d, pel_technique_slices3d,
-    pel_technique_mesh;
+    pel_technique_mesh, pel_technique_peel;
 
 const struct pel_technique *const pel_techniques[] = {
     &pel_technique_raycast,
     &pel_technique_slices2d,
     &pel_technique_slices3d,
     &pel_technique_mesh,
+    &pel_technique_peel,
     &pel_technique_reference,
     NULL,
 };

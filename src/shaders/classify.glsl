@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Which cells may be seen: the greatest opacity over the cell's interval of values from the range table in O(1), or an isovalue in it. 0: may be seen.
 #include "job.glsl"
+#include "isovalues.glsl"
 layout(local_size_x = 4, local_size_y = 4, local_size_z = 4) in;
 layout(binding = 2) uniform sampler3D grid;
 layout(r8ui, binding = 0) writeonly uniform uimage3D marks;
@@ -13,11 +14,7 @@ bool may_be_seen(float least, float greatest)
     if (least > greatest)
         return false; // voids only
 #if MODE == MODE_ISOSURFACE
-    float margin = 4e-6 * (abs(least) + abs(greatest));
-    for (int i = 0; i < job.counts.y; i++)
-        if (least - margin <= job.iso[i].x && job.iso[i].x <= greatest + margin)
-            return true;
-    return false;
+    return holds_isovalue(least, greatest);
 #elif MODE == MODE_MIP
     return job.gradient.y != 0.0 || greatest > job.range.x;
 #elif MODE == MODE_MINIP

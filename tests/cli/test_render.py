@@ -270,7 +270,7 @@ with Folder() as folder:
         told = result.json()
         check(list(told) == ["frame_ms", "first_frame_ms", "transfer_change_ms", "isovalue_change_ms", "samples_taken", "samples_skipped",
                              "cast_ms", "samples_per_second", "texture_samples_per_second", "upload_ms", "upload_mb_per_second", "device_bytes",
-                             "peak_memory_mb", "volume_mb", "load_ms", "threads", "device", "isa", "technique", "size"], "bench's keys", list(told))
+                             "peak_memory_mb", "volume_mb", "load_ms", "threads", "device", "isa", "technique", "size", "last_frame"], "bench's keys", list(told))
         check(set(told["frame_ms"]) == {"median", "min", "max", "all"} and len(told["frame_ms"]["all"]) == 3 and told["samples_taken"] > 0 and
               told["size"] == [24, 24] and (told["isovalue_change_ms"] is None) == (not words) and
               told["frame_ms"]["min"] <= told["frame_ms"]["median"] <= told["frame_ms"]["max"], "bench's values", told)
@@ -289,10 +289,23 @@ with Folder() as folder:
         check(counters["F"] >= counters["F_c'"] > 0 and counters["T_c, ps"] > 0, "counters of the cost model", counters)
         result = run(*slices, "-o", folder / "no.png", "--mode", "mip")
         check(result.status == 2 and "raycast" in result.err, "slices3d refuses other modes, and says what to use", result)
+        peel = ["render", volume, "--size", "32", "--isovalue", "0.5", "--device", "gpu", "--technique", "peel"]
+        fine("the ray caster's surface", *peel[:-2], "-o", folder / "cast.png")
+        fine("peeling", *peel, "-o", folder / "peel.png", "--roots", "steps", "--granularity", "3", "--cover", "disc", "--mask-path", "compute", "--no-interior")
+        check(read(folder / "peel.png") == read(folder / "cast.png"), "peel by the ray caster's steps gives its bytes")
+        told = fine("what peeling counts", *peel, "-o", folder / "peel.png", "--stats=json").json()
+        check(told["counters"]["active cells"] > 0 and told["counters"]["segments"] >= told["counters"]["rays with segments"] > 0 and
+              {"active cells", "masks", "cast rays"} <= {s["name"] for s in told["stages"]}, "its counters and stages", told)
+        for words, word in [(["--mode", "composite"], "raycast"), (["--mode", "mip"], "raycast"), (["--granularity", "9"], "granularity"), (["--granularity", "0"], "granularity"),
+                            (["--cover", "square"], "cover"), (["--mask-path", "cpu"], "mask-path"), (["--roots", "linear"], "roots"), (["--segments", "tree", "--no-interior"], "layer")]:
+            result = run(*[w for w in peel if words[0] != "--mode" or w not in ("--isovalue", "0.5")], "-o", folder / "no.png", *words)
+            check(result.status == 2 and word in result.err, "peel refuses " + " ".join(words), result)
+        result = run(*peel, "-o", folder / "no.png", "--device", "cpu")
+        check(result.status != 0 and "GPU" in result.err, "peel needs a GPU, and says so", result)
     fine("bench for people", "bench", volume, "--size", "24", "--frames", "1")
     told = run("techniques", "--json").json()
     check({t["name"] for t in told} >= {"raycast", "reference"} and all(set(t) == {"name", "summary", "citation", "engines", "options"} for t in told) and
-          all(t["engines"] and ("cpu" in t["engines"] or t["name"] == "slices3d") for t in told), "techniques --json", told)
+          all(t["engines"] and ("cpu" in t["engines"] or t["name"] in ["slices3d", "peel"]) for t in told), "techniques --json", told)
     check("raycast" in run("techniques").text, "techniques for people")
 
 # Nothing is left where it fails: no room, no permission, Ctrl-C.

@@ -34,7 +34,7 @@ roots = [name for name in files if "void main()" in texts[name] and name != "mar
 
 def stage(name):
     """A drawing program's shaders say in their names what they are; all others compute."""
-    return "vert" if name.endswith("_vertex.glsl") else "frag" if name.endswith("_fragment.glsl") else "comp"
+    return "vert" if name.endswith("_vertex.glsl") else "geom" if name.endswith("_geometry.glsl") else "frag" if name.endswith("_fragment.glsl") else "comp"
 
 
 for wanted, least in (("comp", 10), ("vert", 3), ("frag", 8)):
@@ -62,6 +62,8 @@ own = {"composite.glsl": ["PRE", "PRE SHADE HEADLIGHTS VOIDS", "PRE BRICKS"], "e
        "half_fragment.glsl": ["PREINTEGRATED", "PRE"], "opaque_fragment.glsl": ["PREINTEGRATED"], "cube_fragment.glsl": ["SHOW"],
        "stop_fragment.glsl": ["GREATER"], "histopyramid_sum.glsl": ["BASE"], "stretch_fragment.glsl": ["BAND"], "plain_fragment.glsl": ["BAND"],
        "mesh_fragment.glsl": ["LIST", "LIST HEADLIGHTS"], "mesh_depth.glsl": ["LIST"],
+       "peel_vertex.glsl": ["DISC"], "peel_fragment.glsl": ["DISC"], "peel_masks.glsl": ["DISC"],
+       "peel_cast.glsl": ["STEPPING", "STEPPING BINARY_SEARCH VOIDS", "EXTERIOR", "EXTERIOR STEPPING HEADLIGHTS", "WHOLE VOIDS", "WHOLE STEPPING", "TREE", "TREE STEPPING VOIDS"],
        "classify.glsl": ["MODE=%d MODE_MIP=1 MODE_MINIP=2 MODE_ISOSURFACE=5" % mode for mode in (0, 1, 2, 5)]}
 slices = ["AXIS=%d LIGHTING=%d" % (axis, axis) for axis in (0, 1, 2)] + ["AXIS=1 LIGHTING=0 " + d for d in (
     "VOIDS SHADE HEADLIGHTS", "NEAREST SHADE DEPTH", "PLAIN SHADE HEADLIGHTS", "PLAIN VOIDS", "PRE VOIDS SHADE", "PRE LINEAR_CORRECTION", "LINEAR_CORRECTION DISPLACED",

@@ -63,6 +63,18 @@ static void test_host_keeps_its_own(void **state)
             assert_int_equal(query, timer);
             glEndQuery(GL_TIME_ELAPSED);
             assert_true(textures_bound(textures, false));
+            if (mode == PEL_MODE_ISOSURFACE && !bricks) { /* which draws with a logic operation, to layers */
+                GLint operation = 0;
+                glLogicOp(GL_XOR);
+                glEnable(GL_COLOR_LOGIC_OP);
+                if (!pel_renderer_draw(renderer, &scene, "peel", &image, &error))
+                    fail_msg("peel: %s", error.message);
+                glGetIntegerv(GL_LOGIC_OP_MODE, &operation);
+                assert_int_equal(operation, GL_XOR);
+                assert_true(glIsEnabled(GL_COLOR_LOGIC_OP));
+                glDisable(GL_COLOR_LOGIC_OP);
+                assert_true(textures_bound(textures, false));
+            }
             pel_image_finish(&image);
         }
         pel_renderer_destroy(renderer);

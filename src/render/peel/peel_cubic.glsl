@@ -1,0 +1,146 @@
+// SPDX-License-Identifier: MIT
+// Exact surfaces (section 4.3.2's "correct root finding", Marmitt et al. 2004): along a ray the reconstructed value of a cell is a cubic, whose roots are found between its extrema, where it
+// rises or falls alone. No surface is missed, however short the way behind it, and no value is taken between voxels.
+#include "surface.glsl"
+
+ivec3 cell;       // of voxels, into which the ray comes next
+vec3 corner;      // of the cell that was taken last
+vec4 low, high;   // its voxels: (x, y) = 00 10 01 11 at the lower z and the higher
+vec2 range;       // least and greatest of them
+bool carried;     // whether the value where the ray came in is known from the cell before,
+float carry;      // and that value, or one on the same side of all isovalues
+vec4 cubic;       // c0 + c1 u + c2 u^2 + c3 u^3, u from 0 to 1 on the way through the cell
+
+float at_cell(ivec3 offset)
+{
+    float raw = texel_to_raw(texelFetch(volume, cell + offset, 0).r);
+#ifdef VOIDS
+    if (!(abs(raw) <= 3.4e38) || abs(raw - job.raw.z) <= job.raw.w)
+        return nan();
+#endif
+    return raw;
+}
+
+// Takes the cell's voxels; gives whether a surface may be in it.
+bool take_cell()
+{
+    ivec3 x = ivec3(min(job.dims.x - 1, 1), 0, 0), y = ivec3(0, min(job.dims.y - 1, 1), 0), z = ivec3(0, 0, min(job.dims.z - 1, 1));
+    corner = vec3(cell);
+    low = vec4(at_cell(ivec3(0)), at_cell(x), at_cell(y), at_cell(x + y));
+    high = vec4(at_cell(z), at_cell(z + x), at_cell(z + y), at_cell(z + x + y));
+#ifdef VOIDS
+    if (any(isnan(low)) || any(isnan(high))) {
+        carried = false;
+        return false;
+    }
+#endif
+    vec4 least = min(low, high), most = max(low, high);
+    range = vec2(min(min(least.x, least.y), min(least.z, least.w)), max(max(most.x, most.y), max(most.z, most.w)));
+    bool found = false;
+    for (int i = 0; i < job.counts.y; i++) {
+        bool under = range.x < job.iso[i].x;
+        found = found || under != (range.y < job.iso[i].x) || (carried && (carry < job.iso[i].x) != under);
+    }
+    if (!found)
+        carry = range.x;
+    carried = carried || !found;
+    return found;
+}
+
+// The value at a place in the cell, never beyond its voxels': neighbours agree on which side the face between them lies.
+float value_at(vec3 f)
+{
+    f = clamp(f, vec3(0.0), vec3(1.0));
+    vec4 v = low + f.z * (high - low);
+    vec2 row = v.xy + f.y * (v.zw - v.xy);
+    return clamp(row.x + f.x * (row.y - row.x), range.x, range.y);
+}
+
+float cubic_at(float u)
+{
+    return clamp(cubic.x + u * (cubic.y + u * (cubic.z + u * cubic.w)), range.x, range.y);
+}
+
+// The trilinear interpolant along f + u d.
+vec4 cubic_along(vec3 f, vec3 d)
+{
+    vec4 rise = high - low;
+    float x = low.y - low.x, y = low.z - low.x, z = rise.x, xy = low.w - low.z - x, xz = rise.y - rise.x, yz = rise.z - rise.x, xyz = rise.w - rise.z - xz;
+    vec4 c;
+    c.x = low.x + x * f.x + y * f.y + z * f.z + xy * f.x * f.y + xz * f.x * f.z + yz * f.y * f.z + xyz * f.x * f.y * f.z;
+    c.y = x * d.x + y * d.y + z * d.z + xy * (f.x * d.y + f.y * d.x) + xz * (f.x * d.z + f.z * d.x) + yz * (f.y * d.z + f.z * d.y) +
+          xyz * (f.x * f.y * d.z + f.x * f.z * d.y + f.y * f.z * d.x);
+    c.z = xy * d.x * d.y + xz * d.x * d.z + yz * d.y * d.z + xyz * (f.x * d.y * d.z + f.y * d.x * d.z + f.z * d.x * d.y);
+    c.w = xyz * d.x * d.y * d.z;
+    return c;
+}
+
+// Where the cubic's slope is 0 between 0 and 1, in order; 1 where it is not.
+vec2 extrema()
+{
+    float a = 3.0 * cubic.w, b = cubic.z, discriminant = b * b - a * cubic.y;
+    if (discriminant <= 0.0)
+        return vec2(1.0);
+    float q = -(b + (b < 0.0 ? -1.0 : 1.0) * sqrt(discriminant));
+    vec2 u = vec2(abs(a) > 1e-30 ? q / a : 1.0, abs(q) > 1e-30 ? cubic.y / q : 1.0);
+    u = mix(vec2(1.0), u, bvec2(u.x > 0.0 && u.x < 1.0, u.y > 0.0 && u.y < 1.0)); // NaN: none
+    return vec2(min(u.x, u.y), max(u.x, u.y));
+}
+
+// Root between a and b, where the cubic less the isovalue is f and g, on different sides: regula falsi, Illinois variant.
+float cubic_root(float iso, float a, float f, float b, float g)
+{
+    f -= iso;
+    g -= iso;
+    for (int i = 0; i < 10; i++) {
+        float root = clamp(a + (b - a) * (f / (f == g ? 1.0 : f - g)), a, b), h = cubic_at(root) - iso;
+        if ((h < 0.0) == (f < 0.0)) {
+            a = root;
+            f = h;
+            g *= 0.5;
+        } else {
+            b = root;
+            g = h;
+            f *= 0.5;
+        }
+    }
+    return clamp(a + (b - a) * (f / (f == g ? 1.0 : f - g)), a, b);
+}
+
+// One of five.
+float one_of(int i, float first, vec4 rest)
+{
+    return i == 0 ? first : i == 1 ? rest.x : i == 2 ? rest.y : i == 3 ? rest.z : rest.w;
+}
+
+// The surfaces of the cell between two places along the ray, in order; false ends it. Between the value carried over, that at the cell's face, the extrema and the value where the ray leaves,
+// the signal only rises or falls: four pieces, each of which meets each isovalue once at most. The costly part is in one place, and run only as often as there are surfaces.
+bool add_surfaces(const Ray r, float from, float to)
+{
+    vec3 f = r.o + from * r.d - corner, d = (to - from) * r.d;
+    cubic = cubic_along(f, d);
+    vec2 turns = extrema();
+    float start = value_at(f), end = value_at(f + d), first = carried ? carry : start;
+    vec4 u = vec4(0.0, turns, 1.0), values = vec4(start, turns.x < 1.0 ? cubic_at(turns.x) : end, turns.y < 1.0 ? cubic_at(turns.y) : end, end);
+    int pieces = 4 * job.counts.y, at = 0;
+    carry = end;
+    carried = true;
+    while (true) {
+        bool found = false;
+        float a, b, v, w;
+        int i;
+        for (; at < pieces && !found; at++) {
+            int piece = at / job.counts.y, j = at - piece * job.counts.y;
+            v = one_of(piece, first, values);
+            w = one_of(piece + 1, first, values);
+            i = w > v ? j : job.counts.y - 1 - j;
+            found = (v < job.iso[i].x) != (w < job.iso[i].x);
+            a = one_of(piece, 0.0, u);
+            b = one_of(piece + 1, 0.0, u);
+        }
+        if (!found)
+            return true;
+        if (!add_surface(r, i, from + (to - from) * (b > a ? cubic_root(job.iso[i].x, a, v, b, w) : a)))
+            return false;
+    }
+}
