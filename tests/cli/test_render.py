@@ -305,7 +305,7 @@ with Folder() as folder:
     fine("bench for people", "bench", volume, "--size", "24", "--frames", "1")
     told = run("techniques", "--json").json()
     check({t["name"] for t in told} >= {"raycast", "reference"} and all(set(t) == {"name", "summary", "citation", "engines", "options"} for t in told) and
-          all(t["engines"] and ("cpu" in t["engines"] or t["name"] in ["slices3d", "peel"]) for t in told), "techniques --json", told)
+          all(t["engines"] and ("cpu" in t["engines"] or t["name"] in ["slices3d", "mesh", "peel"]) for t in told), "techniques --json", told)
     check("raycast" in run("techniques").text, "techniques for people")
 
 # Nothing is left where it fails: no room, no permission, Ctrl-C.
