@@ -314,13 +314,14 @@ PEL_INLINE const uint64_t *row_runs(const struct pel_job *job, const struct pel_
 PEL_INLINE struct slice_row row_place(const struct pel_job *job, const struct pel_shear *s, int m, double j)
 {
     const struct pel_slice *slice = &s->slices[m];
-    const int a = s->axis[1], row = (int)j;
+    const int a = s->axis[1], c = s->axis[2], row = (int)j;
     struct slice_row r = { .di = (float)slice->di, .m = m };
     r.j = row < job->last_cell[a] ? row : job->last_cell[a];
     r.weight = (float)(j - r.j);
     r.whole = slice->whole;
     r.i = slice->part;
-    r.near = s->near && slice->weight == 0;
+    /* Vectors reach beyond the end of a row, so not where the volume's last row is read: its end may be that of the memory. */
+    r.near = s->near && slice->weight == 0 && (r.j < job->last_cell[a] || slice->voxel < job->last_cell[c]);
     r.row_before = r.j > 0 ? -1 : 0; /* at the volume's ends the last voxel again */
     r.row_after = r.j + 2 < job->dims[a] ? 2 : 1;
     r.slice_before = slice->voxel > 0 ? -1 : 0;

@@ -66,7 +66,7 @@ PEL_INLINE int cut_whole_line(struct cut *cuts, int count, struct stretch *all)
 PEL_INLINE void line_directions(const struct pel_shear *s, int v, struct pel_scanline *line)
 {
     const float *g = s->gram;
-    for (int u = 0; u < s->width; u += W) {
+    for (int u = 0; u < s->width + W; u += W) { /* vectors that begin within the line end beyond it */
         vf d0 = (float)s->i.at1 + vi_to_vf(vi_lane() + u) * (float)s->i.by1;
         vf d1 = vf_set((float)(s->j.at1 + v * s->j.by1)), d2 = vf_set((float)s->step);
         vf length2 = g[0] * d0 * d0 + g[1] * d1 * d1 + g[2] * d2 * d2 + g[3] * d0 * d1 + g[4] * d0 * d2 + g[5] * d1 * d2;
@@ -86,7 +86,7 @@ PEL_INLINE void line_rays(const struct pel_job *job, const struct pel_shear *s, 
     struct stretch all = { vf_set((float)s->slice_from), vf_set(1e9f) };
     int count = cut_whole_line(cuts, line_cuts(job, s, v, cuts), &all);
     vf least = vf_set(1e9f), most = vf_set(-1e9f), inside = vf_set(0);
-    for (int u = 0; u < s->width; u += W) {
+    for (int u = 0; u < s->width + W; u += W) {
         vf pixel = vi_to_vf(vi_lane() + u);
         struct stretch r = all;
         for (int i = 0; i < count; i++) {

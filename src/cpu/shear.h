@@ -70,5 +70,6 @@ struct pel_scanline {
 };
 #define PEL_SCANLINE_ARRAYS 11
 
+#define PEL_WIDEST 16 /* lanes of any instruction set */
 #define PEL_SHEAR_BAND 16 /* scanlines that a thread draws one after another: what one fetched, the next finds in the cache */
 #endif

@@ -17,7 +17,7 @@
 #include "voxels.h"
 
 #define COUNTS_APART 4
-#define WIDEST 16 /* lanes of any instruction set */
+
 #define BAND PEL_SHEAR_BAND
 
 /* One principal axis' share of the picture; in most views there is one. */
@@ -248,7 +248,7 @@ static void line_init(struct pel_scanline *line, float *at, size_t padded)
 
 static bool prepare_lines(struct pel_shear_warp *sw, const struct pel_shear *s, struct pel_scanline *lines, struct pel_error *error)
 {
-    const size_t padded = ((size_t)s->width + 3 * WIDEST - 1) & ~(size_t)(WIDEST - 1), each = padded * (PEL_SCANLINE_ARRAYS + 1);
+    const size_t padded = ((size_t)s->width + 3 * PEL_WIDEST - 1) & ~(size_t)(PEL_WIDEST - 1), each = padded * (PEL_SCANLINE_ARRAYS + 1);
     if (!reserve((void **)&sw->line_memory, &sw->line_room, each * (size_t)sw->threads, sizeof(float), "scanlines", error))
         return false;
     for (size_t i = 0; i < (size_t)sw->threads; i++)
@@ -263,8 +263,10 @@ static bool prepare_rows(struct pel_shear_warp *sw, struct pel_shear *s, struct 
     const int c = s->axis[2], strides[3] = { 1, sw->job.row, sw->job.slice };
     struct pel_shear_runs *runs = &sw->runs[c];
     if (!sw->has_rows[c]) {
-        if (c == 0 && !pel_turned_update(&sw->turned, &sw->job, kernels->turn, sw->threads, error))
-            return false;
+        if (c == 0 && !pel_turned_update(&sw->turned, &sw->job, kernels->turn, sw->threads, NULL)) {
+            s->near = false; /* a volume too large to turn: its voxels are gathered */
+            return true;
+        }
         if (sw->job.skip && !pel_shear_runs_patches(runs, &sw->job, kernels->patches, s->axis, sw->threads, error))
             return false;
         sw->has_rows[c] = true;
@@ -282,8 +284,8 @@ static bool prepare_part(struct pel_shear_warp *sw, struct part *part, struct pe
 {
     struct pel_shear *s = &part->shear;
     /* Kernels fetch vectors whole where there are voxels for them, and no voids to look out for. */
-    s->near = s->unit && !sw->job.voids && !sw->job.nearest && sw->voxels.kind != PEL_KERNEL_WIDE && sw->job.dims[s->axis[0]] >= 2 * WIDEST;
-    const size_t stride = (size_t)s->width + 2 + 2 * WIDEST, pixels = stride * ((size_t)s->height + 2);
+    s->near = s->unit && !sw->job.voids && !sw->job.nearest && sw->voxels.kind != PEL_KERNEL_WIDE && sw->job.dims[s->axis[0]] >= 2 * PEL_WIDEST;
+    const size_t stride = (size_t)s->width + 2 + 2 * PEL_WIDEST, pixels = stride * ((size_t)s->height + 2);
     if (!reserve((void **)&sw->slices, &sw->slice_room, (size_t)s->slice_count, sizeof *sw->slices, "slices", error) ||
         !reserve((void **)&sw->image, &sw->image_room, pixels * (sw->job.depth ? 5 : 4), sizeof(float), "intermediate image", error) ||
         !reserve((void **)&sw->rows, &sw->row_room, 2 * ((size_t)s->height + 2), sizeof(int), "intermediate image", error) ||

@@ -6,15 +6,14 @@
 
 #include "alloc.h"
 #include "parallel.h"
-
-#define WIDEST 16 /* lanes of any instruction set: rows are as long as whole vectors, and one more may be read beyond the last */
+#include "shear.h"
 
 static bool reserve(struct pel_turned *t, const struct pel_job *job, struct pel_error *error)
 {
     if (t->voxels)
         return true;
-    const size_t row = ((size_t)job->dims[1] + WIDEST - 1) & ~(size_t)(WIDEST - 1), slices = (size_t)(job->dims[2] < 2 ? 2 : job->dims[2]);
-    const size_t voxels = slices * (size_t)job->row * row + 4 * WIDEST, cells = (size_t)job->cell_dims[0] * (size_t)job->cell_dims[1];
+    const size_t row = ((size_t)job->dims[1] + PEL_WIDEST - 1) & ~(size_t)(PEL_WIDEST - 1), slices = (size_t)(job->dims[2] < 2 ? 2 : job->dims[2]);
+    const size_t voxels = slices * (size_t)job->row * row + 4 * PEL_WIDEST, cells = (size_t)job->cell_dims[0] * (size_t)job->cell_dims[1];
     t->voxels = pel_alloc(voxels, pel_type_size(job->type), "turned voxels", error);
     t->done = t->voxels ? pel_alloc(cells, (size_t)job->cell_dims[2], "turned cells", error) : NULL;
     if (!t->done) {

@@ -288,10 +288,11 @@ static void test_arbitrary_slices(void **state)
                 clip(&scene), scene.clip_box_enabled = false;
             draw_gpu(renderer, &scene, WIDTH, HEIGHT, &cast);
             draw_slices(renderer, &scene, &strips);
-            check_at_most(largest_difference(&cast, &strips), i == 1 ? 1 : 1.0 / 255, "volume %d, variant %d: strips", i, variant);
+            if (i != 1) /* nearest voxels: ties fall either way */
+                check_at_most(largest_difference(&cast, &strips), 1.0 / 255, "volume %d, variant %d: strips", i, variant);
             check_at_least(psnr(&cast, &strips), 45, "volume %d, variant %d: PSNR of strips, dB", i, variant);
-            check_at_most(largest_depth_difference(&cast, &strips), i == 1 ? INFINITY : 0.01, "volume %d, variant %d: depth of strips", i,
-                          variant);
+            if (i != 1)
+                check_at_most(largest_depth_difference(&cast, &strips), 0.01, "volume %d, variant %d: depth of strips", i, variant);
             pel_image_finish(&cast);
             pel_image_finish(&strips);
         }

@@ -1,5 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /* slices2d on the CPU engine: against the reference from all sides, and what may not change a byte. */
+#include <sys/mman.h>
+
 #include "pictures.h"
 
 enum { SIZE = 72 };
@@ -188,7 +190,7 @@ static void test_directions(void **state)
         struct pel_image one, two, whole;
         double forward[3];
         const struct setting *settings = d % 4 == 3 ? fine : plain;
-        make_blobs(&volume, &scene, types[d % 5], blobs);
+        make_blobs(&volume, &scene, types[d % 6], blobs);
         direction(d, forward);
         forward[d % 3] += 0.2;
         look_parallel(&scene, forward, 120, 22);
@@ -453,6 +455,108 @@ static void test_changes(void **state)
     pel_volume_finish(&volume);
 }
 
+/* Memory for `bytes` that ends (or begins) where no memory is. */
+struct guarded {
+    char *pages, *data;
+    size_t length;
+};
+
+static void guard(struct guarded *g, const void *from, size_t bytes, bool at_end)
+{
+    const size_t page = 4096, room = (bytes + page - 1) / page * page;
+    g->length = room + 2 * page;
+    g->pages = mmap(NULL, g->length, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
+    assert_true(g->pages != MAP_FAILED);
+    g->data = g->pages + page + (at_end ? room - bytes : 0);
+    memcpy(g->data, from, bytes);
+    assert_int_equal(mprotect(g->pages, page, PROT_NONE), 0);
+    assert_int_equal(mprotect(g->pages + page + room, page, PROT_NONE), 0);
+}
+
+/* Whole vectors are loaded, but never from beyond the samples. */
+static void test_no_read_beyond(void **state)
+{
+    (void)state;
+    static const enum pel_type types[] = { PEL_U8, PEL_I16, PEL_F32 };
+    static const size_t dims[][3] = { { 37, 35, 33 }, { 32, 33, 5 }, { 33, 47, 3 }, { 49, 32, 2 }, { 65, 34, 1 }, { 3, 65, 36 } };
+    for (int i = 0; i < 6; i++) {
+        struct pel_volume volume;
+        struct pel_scene scene;
+        struct guarded memory;
+        make_volume(&volume, dims[i][0], dims[i][1], dims[i][2], types[i / 2], blobs);
+        make_scene(&scene, &volume, "0.02");
+        scene.render.shade = true;
+        void *own = volume.data;
+        guard(&memory, own, dims[i][0] * dims[i][1] * dims[i][2] * pel_type_size(volume.type), i % 2 == 0);
+        volume.data = memory.data;
+        for (int d = 0; d < 26; d++) {
+            double forward[3];
+            struct pel_image with, without;
+            direction(d, forward);
+            look_parallel(&scene, forward, 100, 30);
+            slices(&scene, plain, 1, 48, &with);
+            scene.render.skip = false;
+            slices(&scene, plain, 1, 48, &without);
+            scene.render.skip = true;
+            check_same_bytes(&with, &without, "skipping, all of it seen");
+            pel_image_finish(&with);
+            pel_image_finish(&without);
+        }
+        volume.data = own;
+        munmap(memory.pages, memory.length);
+        pel_scene_finish(&scene);
+        pel_volume_finish(&volume);
+    }
+}
+
+static double other_blobs(const double index[3])
+{
+    const double moved[3] = { index[0] + 5, index[1] - 6, index[2] + 4 };
+    return blobs(moved);
+}
+
+/* What is kept for a volume and its classification is made anew when they change, with x as principal axis too, where voxels are turned. */
+static void test_changes_along_axes(void **state)
+{
+    (void)state;
+    static const char *const opacities[] = { "150:0,190:0.5", "150:0,190:0.5", "20:0,60:0.05,120:0.1,200:0.4", "100:0,110:0.6,120:0", "1:0,30:0.2" };
+    struct pel_volume volumes[2];
+    struct pel_scene scene, unused;
+    struct pel_error error = PEL_ERROR_INIT;
+    make_blobs(&volumes[0], &scene, PEL_U8, blobs);
+    make_blobs(&volumes[1], &unused, PEL_U8, other_blobs);
+    pel_scene_finish(&unused);
+    for (int axis = 0; axis < 3; axis++) {
+        struct pel_renderer_params params = PEL_RENDERER_PARAMS_INIT;
+        struct pel_renderer *renderer = pel_renderer_create(&params, &error);
+        double forward[3] = { 0.2, 0.3, 0.1 };
+        assert_non_null(renderer);
+        forward[axis] = 1;
+        look_parallel(&scene, forward, 120, 22);
+        for (int step = 0; step < 10; step++) {
+            struct pel_image kept, fresh;
+            scene.volume = &volumes[step / 5];
+            assert_true(pel_transfer_parse_opacity(&scene.transfer, opacities[step % 5], NULL));
+            if (step == 9) { /* other samples in the same memory */
+                fill_volume(&volumes[1], blobs);
+                pel_renderer_invalidate(renderer);
+            }
+            pel_image_init(&kept);
+            if (!pel_image_allocate(&kept, SIZE, SIZE, true, &error) || !pel_renderer_draw(renderer, &scene, "slices2d", &kept, &error))
+                fail_msg("%s", error.message);
+            slices(&scene, plain, 2, SIZE, &fresh);
+            check_same_bytes(&kept, &fresh, "after a change along an axis");
+            pel_image_finish(&kept);
+            pel_image_finish(&fresh);
+        }
+        fill_volume(&volumes[1], other_blobs);
+        pel_renderer_destroy(renderer);
+    }
+    pel_scene_finish(&scene);
+    pel_volume_finish(&volumes[0]);
+    pel_volume_finish(&volumes[1]);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -460,6 +564,7 @@ int main(void)
         cmocka_unit_test(test_directions), cmocka_unit_test(test_scenes),  cmocka_unit_test(test_wide),
         cmocka_unit_test(test_switch),     cmocka_unit_test(test_depth),   cmocka_unit_test(test_linear_correction),
         cmocka_unit_test(test_refusals),   cmocka_unit_test(test_changes), cmocka_unit_test(test_blend),
+        cmocka_unit_test(test_no_read_beyond), cmocka_unit_test(test_changes_along_axes),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

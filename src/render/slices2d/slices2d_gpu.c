@@ -133,6 +133,19 @@ static void choose_stack_of_planes(struct pel_gpu_slices2d *s)
     s->part_count = 1;
 }
 
+/* Stacks that are there and this one: bytes on the device. */
+static bool fits(const struct pel_gpu_slices2d *s, const struct pel_volume *v, struct pel_error *error)
+{
+    const uint64_t limit = s->device->params.memory_limit, each = (uint64_t)s->format.bytes * v->dims[0] * v->dims[1] * v->dims[2];
+    uint64_t bytes = each;
+    for (int a = 0; a < 3; a++)
+        bytes += s->stacks[a].name ? each : 0;
+    return !limit || bytes <= limit ||
+           pel_fail(error, PEL_ERROR_UNSUPPORTED,
+                    "slices2d keeps a copy of the volume on the device for each axis it is seen along, %.0f MB, which is more than it may take; use the technique raycast",
+                    (double)bytes / 1e6);
+}
+
 static bool send_stacks(struct pel_gpu_slices2d *s, const struct pel_frame *frame, struct pel_error *error)
 {
     for (int i = 0; i < s->part_count; i++) {
@@ -140,6 +153,8 @@ static bool send_stacks(struct pel_gpu_slices2d *s, const struct pel_frame *fram
         double start = pel_now_ms();
         if (s->stacks[axis].name)
             continue;
+        if (!fits(s, frame->scene->volume, error))
+            return false;
         if (!pel_gpu_stack_upload(s->device, &s->format, frame->scene->volume, axis, frame->threads, &s->stacks[axis], error)) {
             pel_texture_destroy(s->device, &s->stacks[axis]);
             return false;

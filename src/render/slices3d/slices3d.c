@@ -312,7 +312,8 @@ static void note(struct pel_slices3d *s, const struct pel_frame *frame)
 {
     static const char *const names[] = { "stretches", "z-buffer", "slices", "depth and display" };
     for (int i = 0; i < 4; i++)
-        pel_frame_stage_gpu(frame, names[i], pel_now_ms() - s->milliseconds[i], pel_gpu_timer_ms(&s->timers[i]));
+        pel_frame_stage_gpu(frame, names[i], pel_now_ms() - s->milliseconds[i],
+                            s->device->info.software ? -1 : pel_gpu_timer_ms(&s->timers[i]));
     pel_frame_count(frame, "slices", (uint64_t)s->view.count);
     pel_frame_count(frame, "fragments drawn", pel_gpu_counter_value(&s->counters[2]));
     if (s->has_t && needs_t(&s->options)) {
