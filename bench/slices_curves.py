@@ -80,6 +80,7 @@ def main():
     ms = {key: statistics.median(values) for key, values in measured.items()}
     info = subprocess.run([os.path.join(args.build, "tools", "pellucid"), "info", args.volume, "--json"], capture_output=True, text=True, check=True)
     slices = max(json.loads(info.stdout)["dims"])
+    os.makedirs(args.out, exist_ok=True)
     titles = {"14A": "Slices a polygon, unshaded", "14B": "Slices a polygon, shaded", "15": "Supersampling, 8 slices a polygon"}
     for figure in sorted({key[0] for key in ms}):
         lines = {}
