@@ -257,6 +257,7 @@ static bool print_json(struct bench *bench)
     json_object_set_new(json, "device", json_text(stats->device));
     json_object_set_new(json, "isa", stats->isa ? json_text(stats->isa) : json_null());
     json_object_set_new(json, "technique", json_text(stats->technique));
+    json_object_set_new(json, "reason", stats->reason ? json_text(stats->reason) : json_null());
     json_object_set_new(json, "size", json_pack("[i, i]", bench->image.width, bench->image.height));
     json_object_set_new(json, "last_frame", json_last_frame(stats));
     return json_print(json, stdout);
@@ -273,6 +274,8 @@ static void print_text(const struct bench *bench)
     const struct pel_frame_stats *stats = pel_renderer_stats(bench->renderer);
     printf("%s, %dx%d, %d thread%s, %s\n", stats->technique, bench->image.width, bench->image.height, stats->threads,
            stats->threads == 1 ? "" : "s", stats->isa ? stats->isa : stats->device);
+    if (stats->reason)
+        printf("%-22s %s\n", "chosen", stats->reason);
     printf("%-22s %9.2f ms\n", "load", bench->loaded->load_ms);
     printf("%-22s %9.2f ms\n", "first frame", bench->first_ms);
     print_series("frame, orbiting", &bench->frames);
@@ -338,7 +341,7 @@ const struct command command_bench = {
         "samples_taken and samples_skipped (medians), cast_ms (while rays are cast), samples_per_second (in that time), "
         "texture_samples_per_second (what the GPU takes along the same rays if it does nothing else; null on the CPU), upload_ms, "
         "upload_mb_per_second, device_bytes (null on the CPU), peak_memory_mb and volume_mb (of 1048576 bytes), load_ms, threads, "
-        "device, isa, technique, size and last_frame (stages in milliseconds and counters of the last frame drawn).",
+        "device, isa, technique, reason (why --technique auto took it, or null), size and last_frame (stages in milliseconds and counters of the last frame drawn).",
     .examples = "  pellucid bench head.nrrd --shade --json\n"
                 "  pellucid bench head.nrrd --isovalue 90 --size 1024 --frames 15",
     .groups = groups,
