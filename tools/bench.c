@@ -190,9 +190,8 @@ static bool measure(struct bench *bench, struct progress *progress, struct pel_e
     struct pel_error none = PEL_ERROR_INIT;
     if (!bench->loaded->device || !pel_renderer_sample_limit(bench->renderer, &bench->sample_limit, &none))
         bench->sample_limit = NAN;
-    if (!bench_transfer(bench, error))
-        return false;
-    return bench->loaded->scene.render.mode != PEL_MODE_ISOSURFACE || bench_isovalue(bench, error);
+    /* The transfer function colours no isosurface. */
+    return bench->loaded->scene.render.mode == PEL_MODE_ISOSURFACE ? bench_isovalue(bench, error) : bench_transfer(bench, error);
 }
 
 static json_t *json_series(struct series *series)
@@ -335,7 +334,7 @@ const struct command command_bench = {
     .description =
         "Takes the options of render (--refine has no effect). Draws frames while the camera orbits; then, with the camera of the first frame, after each of a "
         "series of changes of the transfer function (the inner points of the opacity curve moved together by 2, -2, 4, -4, ... 255ths of "
-        "the values' range), and in mode isosurface after changes of the isovalue by as much. A change's time is from the edit to the "
+        "the values' range); in mode isosurface, in its place, after changes of the isovalue by as much. A change's time is from the edit to the "
         "picture.\n\n"
         "--json prints frame_ms, transfer_change_ms and isovalue_change_ms (each median, min, max and all, or null), first_frame_ms, "
         "samples_taken and samples_skipped (medians), cast_ms (while rays are cast), samples_per_second (in that time), "

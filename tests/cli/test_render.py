@@ -278,7 +278,7 @@ with Folder() as folder:
                              "cast_ms", "samples_per_second", "texture_samples_per_second", "upload_ms", "upload_mb_per_second", "device_bytes",
                              "peak_memory_mb", "volume_mb", "load_ms", "threads", "device", "isa", "technique", "reason", "size", "last_frame"], "bench's keys", list(told))
         check(set(told["frame_ms"]) == {"median", "min", "max", "all"} and len(told["frame_ms"]["all"]) == 3 and told["samples_taken"] > 0 and
-              told["size"] == [24, 24] and (told["isovalue_change_ms"] is None) == (not words) and
+              told["size"] == [24, 24] and (told["isovalue_change_ms"] is None) == (not words) and (told["transfer_change_ms"] is None) == bool(words) and
               told["frame_ms"]["min"] <= told["frame_ms"]["median"] <= told["frame_ms"]["max"], "bench's values", told)
         check(told["samples_per_second"] > 0 and told["cast_ms"]["median"] > 0, "bench's rates", told)
         if any(d["usable"] for d in devices):
