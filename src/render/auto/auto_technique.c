@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
-/* Which technique draws a scene fastest on this device is measured: it takes each candidate for the first frames of a scene in turn, and then
- * stays with the fastest. No frame is drawn twice, so that measuring costs no more than what the slower technique is slower. A still, which
- * has no further frames, is drawn by the first candidate, the ray caster; so is everything that the others cannot draw or refuse.
+/* Which technique draws a scene fastest on this device is measured: each candidate draws some of a scene's first frames, and the fastest
+ * all further ones. No frame is drawn twice, so that measuring costs no more than what the slower technique is slower. A still, which has
+ * no further frames, is drawn by the first candidate, the ray caster; so is everything that the others cannot draw or refuse.
  *
  * Candidates keep to the ray caster's picture: peeling differs from it only where it finds surfaces that steps step over. The mesh, whose
  * surface is within a tolerance, is none. Those that lost give back what they hold. */
@@ -32,7 +32,8 @@ struct candidate {
 
 struct choice {
     struct candidate candidates[CANDIDATES];
-    int taken; /* for the frame */
+    int taken;        /* for the frame */
+    unsigned changes; /* that it was told of */
     double start_ms;
     /* The trial belongs to a volume and these. */
     int surfaces, size_class;
@@ -165,17 +166,19 @@ static void explain(struct choice *c, const struct pel_frame *frame)
         snprintf(c->reason, size, "measuring both, %d of %d frames before this one", ray->frames + peel->frames, CANDIDATES * FRAMES);
 }
 
-static struct pel_frame frame_of(struct choice *c, const struct pel_frame *frame)
+/* The frame as the technique that is taken knows it. */
+static struct pel_frame frame_of(const struct choice *c, const struct pel_frame *frame)
 {
     struct pel_frame own = *frame;
     own.options = c->candidates[c->taken].options;
-    own.changes = c->candidates[c->taken].changes;
+    own.changes = c->changes;
     return own;
 }
 
 static bool prepare_taken(struct choice *c, const struct pel_frame *frame, struct pel_error *error)
 {
     struct candidate *own = &c->candidates[c->taken];
+    c->changes = own->changes;
     struct pel_frame asked = frame_of(c, frame);
     bool ok = candidates[c->taken]->prepare(&own->state, &asked, error);
     own->changes = ok ? 0 : PEL_CHANGE_ALL;
