@@ -14,7 +14,7 @@ struct values {
     struct scene_arguments scene;
     int frames, warmup;
     double orbit;
-    bool json;
+    bool json, sample_limit;
 };
 
 #define FIELD(name) offsetof(struct values, name)
@@ -22,6 +22,8 @@ static const struct pel_option rows[] = {
     { "frames", "Frames", "Frames to measure, of each kind", PEL_OPTION_INT, FIELD(frames), 1, MOST_FRAMES, "9", NULL, NULL },
     { "warmup", "Warm-up", "Frames drawn before, not counted", PEL_OPTION_INT, FIELD(warmup), 0, MOST_FRAMES, "2", NULL, NULL },
     { "orbit", "Orbit", "Turn of the camera from frame to frame", PEL_OPTION_DOUBLE, FIELD(orbit), -360, 360, "5", NULL, "degrees" },
+    { "sample-limit", "Sample limit", "On a GPU, measure what its texture units take along the rays, too: the time of several frames without skipping",
+      PEL_OPTION_BOOL, FIELD(sample_limit), 0, 0, "true", NULL, NULL },
     { "json", "JSON", "Print one JSON object", PEL_OPTION_BOOL, FIELD(json), 0, 0, "false", NULL, NULL },
     { NULL },
 };
@@ -188,11 +190,10 @@ static bool measure(struct bench *bench, struct progress *progress, struct pel_e
     if (!bench_orbit(bench, error))
         return false;
     struct pel_error none = PEL_ERROR_INIT;
-    if (!bench->loaded->device || !pel_renderer_sample_limit(bench->renderer, &bench->sample_limit, &none))
+    if (!bench->loaded->device || !bench->values->sample_limit || !pel_renderer_sample_limit(bench->renderer, &bench->sample_limit, &none))
         bench->sample_limit = NAN;
-    if (!bench_transfer(bench, error))
-        return false;
-    return bench->loaded->scene.render.mode != PEL_MODE_ISOSURFACE || bench_isovalue(bench, error);
+    /* The transfer function colours no isosurface. */
+    return bench->loaded->scene.render.mode == PEL_MODE_ISOSURFACE ? bench_isovalue(bench, error) : bench_transfer(bench, error);
 }
 
 static json_t *json_series(struct series *series)
@@ -257,6 +258,7 @@ static bool print_json(struct bench *bench)
     json_object_set_new(json, "device", json_text(stats->device));
     json_object_set_new(json, "isa", stats->isa ? json_text(stats->isa) : json_null());
     json_object_set_new(json, "technique", json_text(stats->technique));
+    json_object_set_new(json, "reason", stats->reason ? json_text(stats->reason) : json_null());
     json_object_set_new(json, "size", json_pack("[i, i]", bench->image.width, bench->image.height));
     json_object_set_new(json, "last_frame", json_last_frame(stats));
     return json_print(json, stdout);
@@ -273,6 +275,8 @@ static void print_text(const struct bench *bench)
     const struct pel_frame_stats *stats = pel_renderer_stats(bench->renderer);
     printf("%s, %dx%d, %d thread%s, %s\n", stats->technique, bench->image.width, bench->image.height, stats->threads,
            stats->threads == 1 ? "" : "s", stats->isa ? stats->isa : stats->device);
+    if (stats->reason)
+        printf("%-22s %s\n", "chosen", stats->reason);
     printf("%-22s %9.2f ms\n", "load", bench->loaded->load_ms);
     printf("%-22s %9.2f ms\n", "first frame", bench->first_ms);
     print_series("frame, orbiting", &bench->frames);
@@ -332,13 +336,13 @@ const struct command command_bench = {
     .description =
         "Takes the options of render (--refine has no effect). Draws frames while the camera orbits; then, with the camera of the first frame, after each of a "
         "series of changes of the transfer function (the inner points of the opacity curve moved together by 2, -2, 4, -4, ... 255ths of "
-        "the values' range), and in mode isosurface after changes of the isovalue by as much. A change's time is from the edit to the "
+        "the values' range); in mode isosurface, in its place, after changes of the isovalue by as much. A change's time is from the edit to the "
         "picture.\n\n"
         "--json prints frame_ms, transfer_change_ms and isovalue_change_ms (each median, min, max and all, or null), first_frame_ms, "
         "samples_taken and samples_skipped (medians), cast_ms (while rays are cast), samples_per_second (in that time), "
-        "texture_samples_per_second (what the GPU takes along the same rays if it does nothing else; null on the CPU), upload_ms, "
+        "texture_samples_per_second (what the GPU takes along the same rays if it does nothing else; null on the CPU and with --no-sample-limit), upload_ms, "
         "upload_mb_per_second, device_bytes (null on the CPU), peak_memory_mb and volume_mb (of 1048576 bytes), load_ms, threads, "
-        "device, isa, technique, size and last_frame (stages in milliseconds and counters of the last frame drawn).",
+        "device, isa, technique, reason (why --technique auto took it, or null), size and last_frame (stages in milliseconds and counters of the last frame drawn).",
     .examples = "  pellucid bench head.nrrd --shade --json\n"
                 "  pellucid bench head.nrrd --isovalue 90 --size 1024 --frames 15",
     .groups = groups,

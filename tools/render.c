@@ -164,6 +164,8 @@ static void print_stats_text(const struct pel_frame_stats *stats, const struct l
     fprintf(stderr, "technique   %s on %s%s%s, %d thread%s%s%s%s\n", stats->technique, stats->device, stats->isa ? " " : "",
             stats->isa ? stats->isa : "", stats->threads, stats->threads == 1 ? "" : "s", loaded->device_note[0] ? " (" : "",
             loaded->device_note, loaded->device_note[0] ? ")" : "");
+    if (stats->reason)
+        fprintf(stderr, "%-11s %s\n", "chosen", stats->reason);
     fprintf(stderr, "%-28s %12.3f ms\n", "load", loaded->load_ms);
     for (int i = 0; i < stats->stage_count; i++) {
         fprintf(stderr, "%-28s %12.3f ms", stats->stages[i].name, stats->stages[i].cpu_ms);
@@ -173,7 +175,7 @@ static void print_stats_text(const struct pel_frame_stats *stats, const struct l
         fprintf(stderr, "%-28s %12" PRIu64 "\n", stats->counters[i].name, stats->counters[i].value);
 }
 
-/* {"technique", "device", "device_note" (why --device auto took the CPU), "isa", "threads", "load_ms", "stages": [{"name", "cpu_ms", "gpu_ms"}], "counters": {name: value}} */
+/* {"technique", "reason" (why --technique auto took it), "device", "device_note" (why --device auto took the CPU), "isa", "threads", "load_ms", "stages": [{"name", "cpu_ms", "gpu_ms"}], "counters": {name: value}} */
 static bool print_stats_json(const struct pel_frame_stats *stats, const struct loaded_scene *loaded, FILE *stream)
 {
     json_t *stages = json_array(), *counters = json_object();
@@ -183,7 +185,7 @@ static bool print_stats_json(const struct pel_frame_stats *stats, const struct l
                                         stats->stages[i].gpu_ms >= 0 ? json_number(stats->stages[i].gpu_ms) : json_null()));
     for (int i = 0; i < stats->counter_count; i++)
         json_object_set_new(counters, stats->counters[i].name, json_integer((json_int_t)stats->counters[i].value));
-    return json_print(json_pack("{s:s, s:s, s:s?, s:s?, s:i, s:f, s:o, s:o}", "technique", stats->technique, "device", stats->device,
+    return json_print(json_pack("{s:s, s:s?, s:s, s:s?, s:s?, s:i, s:f, s:o, s:o}", "technique", stats->technique, "reason", stats->reason, "device", stats->device,
                                 "device_note", loaded->device_note[0] ? loaded->device_note : NULL, "isa", stats->isa, "threads", stats->threads, "load_ms", loaded->load_ms, "stages", stages, "counters", counters),
                       stream);
 }

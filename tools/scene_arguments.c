@@ -96,7 +96,7 @@ const struct option_extra move_extras[] = { { "azimuth", 0, "DEGREES", NULL, fal
 
 const struct pel_option engine_rows[] = {
     { "size", "Size", "Width and height of the picture", PEL_OPTION_SIZE, FIELD(size), 1, PEL_IMAGE_MAX, "512x512", NULL, "pixels" },
-    { "technique", "Technique", "How the picture is made; `pellucid techniques` lists them", PEL_OPTION_TEXT, FIELD(technique), NO_LIMITS,
+    { "technique", "Technique", "How the picture is made; `pellucid techniques` lists them; auto measures raycast against peel where both can draw", PEL_OPTION_TEXT, FIELD(technique), NO_LIMITS,
       "raycast", NULL, NULL },
     { "device", "Device", "What draws: auto (a hardware GPU if there is one, else the CPU), cpu, gpu, gpu:N; `pellucid devices` lists them",
       PEL_OPTION_TEXT, FIELD(device), NO_LIMITS, "auto", NULL, NULL },

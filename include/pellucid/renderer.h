@@ -36,7 +36,8 @@ const struct pel_technique_info *pel_technique_find(const char *name);
 
 /* What a frame cost and how much it skipped. */
 struct pel_frame_stats {
-    const char *technique;
+    const char *technique; /* that drew: where it was to be "auto", which one that took */
+    const char *reason;    /* why "auto" took it, one line; NULL where the technique was named. Lives as long as these statistics */
     const char *device; /* "cpu", or the GPU's name */
     const char *isa;    /* "x86-64-v3": the instruction set of the CPU kernels, or NULL */
     int threads;
@@ -68,7 +69,11 @@ struct pel_renderer *pel_renderer_create(const struct pel_renderer_params *param
 void pel_renderer_destroy(struct pel_renderer *renderer);
 
 /* Draws the scene into `image`, whose size says the picture's. Depth is filled where the image has it. The background is not painted:
- * the image keeps its alpha, see pel_image_write_params. `technique` NULL: "raycast". */
+ * the image keeps its alpha, see pel_image_write_params. `technique` NULL: "raycast".
+ *
+ * "auto" draws with "raycast", but for mode isosurface on a GPU: there it takes "raycast" and "peel" for three frames each, and then stays
+ * with the one whose frames were faster, until the volume, the number of isosurfaces, render.skip or the picture's size (by a factor of
+ * four in pixels or so) changes. Where peeling refuses, ray casting draws. The options that it draws with are the defaults. */
 bool pel_renderer_draw(struct pel_renderer *renderer, const struct pel_scene *scene, const char *technique, struct pel_image *image,
                        struct pel_error *error);
 

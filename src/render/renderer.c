@@ -327,7 +327,8 @@ static bool draw_with(struct pel_renderer *r, size_t i, const struct pel_scene *
     bool rests = refine && seen && !changes_since(seen, scene, image, r->options[i], pel_techniques[i]->info.options_size) &&
                  !memcmp(&seen->scene.render, &scene->render, sizeof scene->render) && pel_refine_continues(f, i, image);
     r->stats = (struct pel_frame_stats){
-        .technique = pel_techniques[i]->info.name,
+        .technique = rests ? r->stats.technique : pel_techniques[i]->info.name, /* "auto" names another */
+        .reason = rests ? r->stats.reason : NULL,
         .device = device ? pel_device_describe(device)->name : "cpu",
         .isa = rests ? r->stats.isa : NULL,
         .threads = r->threads,

@@ -5,10 +5,11 @@
 #include "technique.h"
 
 extern const struct pel_technique pel_technique_raycast, pel_technique_reference, pel_technique_slices2d, pel_technique_slices3d,
-    pel_technique_mesh, pel_technique_peel;
+    pel_technique_mesh, pel_technique_peel, pel_technique_auto;
 
 const struct pel_technique *const pel_techniques[] = {
     &pel_technique_raycast,
+    &pel_technique_auto,
     &pel_technique_slices2d,
     &pel_technique_slices3d,
     &pel_technique_mesh,

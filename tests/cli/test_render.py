@@ -73,8 +73,12 @@ with Folder() as folder:
     check(result.out == read(folder / "a.png") and "stages" in json.loads(result.err), "--stats json leaves the picture on standard output alone", result.err)
     result = run(*base, "-o", folder / "b.png", "--stats", "json")
     told = result.json()
-    check(list(told) == ["technique", "device", "device_note", "isa", "threads", "load_ms", "stages", "counters"] and told["stages"] and
+    check(list(told) == ["technique", "reason", "device", "device_note", "isa", "threads", "load_ms", "stages", "counters"] and told["stages"] and
           all(set(s) == {"name", "cpu_ms", "gpu_ms"} for s in told["stages"]) and told["counters"].get("samples taken", 0) > 0, "--stats json", result)
+    check(told["technique"] == "raycast" and told["reason"] is None, "a technique that was named needs no reason", told)
+    result = run(*base, "-o", folder / "c.png", "--stats", "json", "--technique", "auto", "--device", "cpu")
+    told = result.json()
+    check(told["technique"] == "raycast" and "on the CPU" in told["reason"] and read(folder / "c.png") == read(folder / "a.png"), "auto tells what it took and why", told)
     result = run(*base, "-o", folder / "b.png", "--stats")
     check(not result.out and "samples taken" in result.err and "load" in result.err, "--stats is text on standard error", result)
     result = run(*base, "--stats", "text", "-o", folder / "b.png")
@@ -135,6 +139,8 @@ with Folder() as folder:
         fine("on a GPU", *base, "-o", folder / "gpu.png", "--device", "gpu")
         fine("alike", "compare", folder / "cpu.png", folder / "gpu.png", "--psnr-min", "45")
         fine("on a GPU by number", *base, "-o", folder / "gpu.png", "--device", "gpu:%d" % [d["index"] for d in devices if d["usable"]][0])
+        result = run(*base, "-o", folder / "auto.png", "--isovalue", "0.5", "--size", "16", "--turntable", "7", "--technique", "auto", "--device", "gpu", "--stats")
+        check(result.status == 0 and "ms by raycast" in result.err and "ms by peel" in result.err, "auto has measured both after six frames", result)
         # Kept programs, then damaged ones: cut off, garbled, empty, not writable.
         cache = str(folder / "cache")
         env = dict(os.environ, XDG_CACHE_HOME=cache)
@@ -270,9 +276,9 @@ with Folder() as folder:
         told = result.json()
         check(list(told) == ["frame_ms", "first_frame_ms", "transfer_change_ms", "isovalue_change_ms", "samples_taken", "samples_skipped",
                              "cast_ms", "samples_per_second", "texture_samples_per_second", "upload_ms", "upload_mb_per_second", "device_bytes",
-                             "peak_memory_mb", "volume_mb", "load_ms", "threads", "device", "isa", "technique", "size", "last_frame"], "bench's keys", list(told))
+                             "peak_memory_mb", "volume_mb", "load_ms", "threads", "device", "isa", "technique", "reason", "size", "last_frame"], "bench's keys", list(told))
         check(set(told["frame_ms"]) == {"median", "min", "max", "all"} and len(told["frame_ms"]["all"]) == 3 and told["samples_taken"] > 0 and
-              told["size"] == [24, 24] and (told["isovalue_change_ms"] is None) == (not words) and
+              told["size"] == [24, 24] and (told["isovalue_change_ms"] is None) == (not words) and (told["transfer_change_ms"] is None) == bool(words) and
               told["frame_ms"]["min"] <= told["frame_ms"]["median"] <= told["frame_ms"]["max"], "bench's values", told)
         check(told["samples_per_second"] > 0 and told["cast_ms"]["median"] > 0, "bench's rates", told)
         if any(d["usable"] for d in devices):

@@ -381,6 +381,53 @@ static void test_tiles(void **state)
     pel_volume_finish(&volume);
 }
 
+/* The active cells of one frame. */
+static uint64_t active_cells(struct pel_renderer *renderer, const struct pel_scene *scene)
+{
+    struct pel_image image;
+    draw_by(renderer, scene, "peel", 8, 8, &image);
+    pel_image_finish(&image);
+    return counter(renderer, "active cells");
+}
+
+/* In software the CPU makes the cells' ranges: they are those that the device makes on hardware. */
+static void test_ranges(void **state)
+{
+    (void)state;
+    need_device();
+    struct pel_device_info *info = (struct pel_device_info *)(uintptr_t)pel_device_describe(device);
+    const bool software = info->software;
+    for (int type = 0; type < PEL_TYPE_COUNT; type++)
+        for (int voids = 0; voids < 2; voids++) {
+            struct pel_volume volume;
+            struct pel_scene scene;
+            struct pel_renderer *by[2] = { gpu_renderer(), gpu_renderer() };
+            make_sized(&volume, &scene, (const size_t[3]){ 33, 18, 41 }, (enum pel_type)type, voids && type >= PEL_F32 ? crumbs_with_holes : crumbs);
+            scene.render.mode = PEL_MODE_ISOSURFACE;
+            scene.isosurface_count = 1;
+            volume.has_void = voids;
+            volume.void_value = 110; /* the crumbs' */
+            for (int grain = 1; grain <= 8; grain++)
+                for (int i = 0; i < 5; i++) {
+                    uint64_t cells[2];
+                    scene.isosurfaces[0].value = (double[]){ 6.5, 55, 80.5, 104.9, 109.5 }[i];
+                    for (int k = 0; k < 2; k++) {
+                        info->software = k;
+                        set_option(by[k], "granularity", (const char[]){ (char)('0' + grain), 0 });
+                        cells[k] = active_cells(by[k], &scene);
+                    }
+                    info->software = software;
+                    if (cells[0] != cells[1] || (i < 3 && cells[0] == 0) || (i == 4 && (cells[0] == 0) != voids))
+                        fail_msg("%s, voids %d, granularity %d, surface %d: %d cells by the device, %d by the CPU", pel_type_name((enum pel_type)type), voids,
+                                 grain, i, (int)cells[0], (int)cells[1]);
+                }
+            pel_renderer_destroy(by[0]);
+            pel_renderer_destroy(by[1]);
+            pel_scene_finish(&scene);
+            pel_volume_finish(&volume);
+        }
+}
+
 static void expect_refusal(struct pel_renderer *renderer, const struct pel_scene *scene, const char *word)
 {
     struct pel_error error = PEL_ERROR_INIT;
@@ -443,6 +490,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_views),    cmocka_unit_test(test_close_ups), cmocka_unit_test(test_scenes),   cmocka_unit_test(test_exact_roots),
         cmocka_unit_test(test_changes),  cmocka_unit_test(test_counters),  cmocka_unit_test(test_tiles),    cmocka_unit_test(test_refusals),
+        cmocka_unit_test(test_ranges),
     };
     return cmocka_run_group_tests(tests, open_device, close_device);
 }

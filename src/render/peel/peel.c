@@ -134,7 +134,7 @@ static bool find_cells(struct pel_peel *p, const struct pel_frame *frame, struct
         return false;
     if (p->granularity != p->options.granularity) {
         p->counted = false;
-        if (!pel_peel_find_ranges(p, error))
+        if (!pel_peel_find_ranges(p, frame, error))
             return false;
         glFinish();
         pel_frame_stage(frame, "ranges of cells", start);

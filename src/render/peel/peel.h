@@ -1,7 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 /* Multi-layer depth peeling by single-pass rasterisation (Liu, Clapworthy and Dong 2010), on the GPU engine. The paper's three stages:
  *
- *   1 active cells (4.1)     peel_cells.c, peel_range.glsl, peel_active.glsl, ../gpu/histopyramid*   when an isovalue changes
+ *   1 active cells (4.1)     peel_cells.c, peel_ranges.c, peel_range.glsl, peel_active.glsl,
+ *                            ../gpu/histopyramid*                            when an isovalue changes
  *   2 masks (4.2)            peel_masks.c, peel_cover.glsl and the shaders of its two ways           every frame
  *   3 segments, rays (4.3)   peel.c, peel_segments.glsl, peel_cast.glsl, peel_cubic.glsl             every frame
  *
@@ -100,13 +101,18 @@ void pel_peel_grid(const struct pel_job *job, int granularity, int grid[4]);
 
 /* ---- peel_cells.c: stage 1 ---- */
 
-/* The macro-cells' ranges, where they are not there yet. */
-bool pel_peel_find_ranges(struct pel_peel *peel, struct pel_error *error);
+/* The macro-cells' ranges, where they are not there yet: by a shader, or on software devices by the CPU. */
+bool pel_peel_find_ranges(struct pel_peel *peel, const struct pel_frame *frame, struct pel_error *error);
 /* The active ones among them, in the pyramid. */
 bool pel_peel_find_active(struct pel_peel *peel, struct pel_error *error);
 
 /* The min-max tree over the ranges, where it is not there yet. */
 bool pel_peel_plant_tree(struct pel_peel *peel, struct pel_error *error);
+
+/* ---- peel_ranges.c: stage 1 by the CPU ---- */
+
+/* Makes the macro-cells' ranges and sends them into their texture. */
+bool pel_peel_send_ranges(struct pel_peel *peel, const struct pel_volume *volume, int threads, struct pel_error *error);
 
 /* ---- peel_masks.c: stage 2 ---- */
 

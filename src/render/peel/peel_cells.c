@@ -13,23 +13,31 @@ static GLenum range_format(GLenum voxel)
     return voxel == GL_R8 ? GL_RG8 : voxel == GL_R16 ? GL_RG16 : GL_RG32F;
 }
 
-bool pel_peel_find_ranges(struct pel_peel *p, struct pel_error *error)
+static bool dispatch_ranges(struct pel_peel *p, struct pel_error *error)
 {
     const int *grid = p->view.grid;
     GLuint program =
         pel_gpu_program(p->device, &p->programs, "peel_range.glsl", p->format.voids ? PEL_HAS_VOIDS : 0, PEL_MODE_ISOSURFACE, error);
-    p->granularity = 0;
-    p->planted = false;
-    if (!program ||
-        !pel_texture_reserve(p->device, &p->ranges, range_format(p->format.texture), grid[0], grid[1], grid[2], GL_NEAREST, error))
+    if (!program)
         return false;
     glUseProgram(program);
     glBindTextureUnit(PEL_UNIT_VOLUME, p->volume.name);
     glBindImageTexture(0, p->ranges.name, 0, GL_TRUE, 0, GL_WRITE_ONLY, p->ranges.format);
     glDispatchCompute((GLuint)(grid[0] + GROUP - 1) / GROUP, (GLuint)(grid[1] + GROUP - 1) / GROUP, (GLuint)(grid[2] + GROUP - 1) / GROUP);
     glMemoryBarrier(GL_TEXTURE_FETCH_BARRIER_BIT);
-    p->granularity = grid[3];
     return pel_device_check(p->device, "ranges of cells", error);
+}
+
+bool pel_peel_find_ranges(struct pel_peel *p, const struct pel_frame *frame, struct pel_error *error)
+{
+    const int *grid = p->view.grid;
+    p->granularity = 0;
+    p->planted = false;
+    if (!pel_texture_reserve(p->device, &p->ranges, range_format(p->format.texture), grid[0], grid[1], grid[2], GL_NEAREST, error) ||
+        !(p->device->info.software ? pel_peel_send_ranges(p, frame->scene->volume, frame->threads, error) : dispatch_ranges(p, error)))
+        return false;
+    p->granularity = grid[3];
+    return true;
 }
 
 bool pel_peel_find_active(struct pel_peel *p, struct pel_error *error)
