@@ -157,8 +157,7 @@ PEL_INLINE void shear_slice(const struct pel_job *job, const struct pel_shear *s
 
 struct group {
     struct slice_row rows[GROUP];
-    int from[GROUP], end[GROUP]; /* pixels of a run */
-    const uint8_t *seen[GROUP];  /* the row of patches, or NULL */
+    const uint8_t *seen[GROUP]; /* the row of patches, or NULL */
     int count;
 };
 

@@ -100,6 +100,23 @@ bool pel_vertices_bind(struct pel_device *device, struct pel_vertices *vertices,
     return true;
 }
 
+bool pel_vertices_bind_buffer(struct pel_device *device, struct pel_vertices *vertices, enum pel_vertices_kind kind,
+                              const struct pel_buffer *buffer, struct pel_error *error)
+{
+    const bool pairs = kind == PEL_VERTICES_PAIRS;
+    if (!pel_vertices_bind(device, vertices, error))
+        return false;
+    glVertexArrayVertexBuffer(vertices->name, 0, buffer->name, 0, pairs ? 2 * sizeof(GLuint) : 4 * sizeof(GLfloat));
+    if (pairs)
+        glVertexArrayAttribIFormat(vertices->name, 0, 2, GL_UNSIGNED_INT, 0);
+    else
+        glVertexArrayAttribFormat(vertices->name, 0, 4, GL_FLOAT, GL_FALSE, 0);
+    glVertexArrayAttribBinding(vertices->name, 0, 0);
+    glVertexArrayBindingDivisor(vertices->name, 0, pairs);
+    glEnableVertexArrayAttrib(vertices->name, 0);
+    return pel_device_check(device, "vertex array", error);
+}
+
 void pel_vertices_destroy(struct pel_device *device, struct pel_vertices *vertices)
 {
     if (!vertices->name)

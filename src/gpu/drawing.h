@@ -40,11 +40,20 @@ void pel_pass_stencil(int reference);
 /* GL's defaults again, for whoever comes next in a context of our own. */
 void pel_pass_defaults(void);
 
-/* A vertex array without data: shaders make their vertices from the vertex' and the instance's number. */
+/* A vertex array: without data, where shaders make their vertices from the vertex' and the instance's number, or over one buffer. */
 struct pel_vertices {
     GLuint name;
 };
 bool pel_vertices_bind(struct pel_device *device, struct pel_vertices *vertices, struct pel_error *error);
+
+enum pel_vertices_kind {
+    PEL_VERTICES_PAIRS,   /* two unsigned integers an instance */
+    PEL_VERTICES_CORNERS, /* four floats a vertex */
+};
+
+/* The same over a buffer, which is attribute 0, as it is now. */
+bool pel_vertices_bind_buffer(struct pel_device *device, struct pel_vertices *vertices, enum pel_vertices_kind kind,
+                              const struct pel_buffer *buffer, struct pel_error *error);
 void pel_vertices_destroy(struct pel_device *device, struct pel_vertices *vertices); /* accepts a zeroed one */
 
 /* A buffer of pairs of unsigned integers as a texture that vertex shaders may read; made anew, as the buffer may be another. */

@@ -8,6 +8,18 @@
 
 #include "alloc.h"
 
+void pel_gpu_box_whole(struct pel_gpu_box *box, const struct pel_volume *volume)
+{
+    const int far = 1 << 28;
+    for (int a = 0; a < 3; a++) {
+        box->origin[a] = box->first_cell[a] = 0;
+        box->size[a] = (int)volume->dims[a];
+        box->cells[a] = (int)((volume->dims[a] - 1) / PEL_CELL_SIZE + 1);
+        box->first[a] = -far;
+        box->last[a] = far;
+    }
+}
+
 /* The shaders' JobBlock (job.glsl), in the same order. */
 struct job {
     float p0[4], px[4], py[4], d0[4], dx[4], dy[4], w0[4], wx[4], wy[4];

@@ -28,6 +28,9 @@ struct pel_gpu_box {
     int first_cell[3], cells[3];    /* its cells of the min-max grid */
 };
 
+/* A box that is the whole volume. */
+void pel_gpu_box_whole(struct pel_gpu_box *box, const struct pel_volume *volume);
+
 struct pel_gpu_job {
     const struct pel_job *job;
     const struct pel_scene *scene;

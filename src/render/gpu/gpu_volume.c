@@ -165,3 +165,15 @@ bool pel_gpu_volume_upload(struct pel_device *device, const struct pel_gpu_forma
     return pel_texture_reserve(device, to, format->texture, size[0], size[1], size[2], format->voids ? GL_NEAREST : GL_LINEAR, error) &&
            send_slices(&parcel, threads, to->name, error) && pel_device_check(device, "upload", error);
 }
+
+bool pel_gpu_volume_fits(const struct pel_device *device, const struct pel_gpu_format *format, const struct pel_volume *volume, uint64_t more)
+{
+    const uint64_t limit = device->params.memory_limit;
+    uint64_t bytes = (uint64_t)format->bytes;
+    bool fits = true;
+    for (int a = 0; a < 3; a++) {
+        fits &= volume->dims[a] <= (size_t)device->info.max_texture_3d;
+        bytes *= volume->dims[a];
+    }
+    return fits && (!limit || bytes + more <= limit);
+}

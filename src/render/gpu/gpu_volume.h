@@ -23,6 +23,9 @@ struct pel_gpu_format {
 /* Looks through all samples of a real volume for values that are not finite. */
 struct pel_gpu_format pel_gpu_format_of(const struct pel_device *device, const struct pel_volume *volume, int threads);
 
+/* Can the device hold the whole volume as one texture, with `more` bytes beside it, in the memory that it is allowed? */
+bool pel_gpu_volume_fits(const struct pel_device *device, const struct pel_gpu_format *format, const struct pel_volume *volume, uint64_t more);
+
 /* Copies the box of `size` voxels from `origin` on to the device, in a texture of its size. */
 bool pel_gpu_volume_upload(struct pel_device *device, const struct pel_gpu_format *format, const struct pel_volume *volume,
                            const int origin[3], const int size[3], int threads, struct pel_texture *to, struct pel_error *error);

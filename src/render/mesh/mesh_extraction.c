@@ -73,23 +73,12 @@ static bool send_bounds(struct pel_device *device, struct pel_mesh_extraction *x
     return ok;
 }
 
-static bool fits(const struct pel_device *device, const struct pel_gpu_format *format, const struct pel_volume *v)
-{
-    uint64_t bytes = (uint64_t)format->bytes, limit = device->params.memory_limit;
-    bool fits = true;
-    for (int a = 0; a < 3; a++) {
-        fits &= v->dims[a] <= (size_t)device->info.max_texture_3d;
-        bytes *= v->dims[a];
-    }
-    return fits && (!limit || bytes <= limit);
-}
-
 bool pel_mesh_extraction_take(struct pel_device *device, struct pel_mesh_extraction *x, const struct pel_gpu_format *format,
                               const struct pel_gpu_box *box, const struct pel_volume *volume, const struct pel_minmax *minmax, int threads,
                               struct pel_error *error)
 {
     x->voids = format->voids;
-    if (!fits(device, format, volume))
+    if (!pel_gpu_volume_fits(device, format, volume, 0))
         return pel_fail(error, PEL_ERROR_UNSUPPORTED, "the device does not hold the whole volume; extract the surface on the CPU");
     x->ready = (x->table.name || send_table(device, &x->table, error)) && send_bounds(device, x, format, minmax, error) &&
                pel_gpu_volume_upload(device, format, volume, box->origin, box->size, threads, &x->volume, error);

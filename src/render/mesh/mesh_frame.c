@@ -34,8 +34,7 @@ void pel_mesh_renderer_destroy(struct pel_mesh_renderer *m)
         pel_texture_destroy(d, textures[i]);
     for (size_t i = 0; i < sizeof buffers / sizeof *buffers; i++)
         pel_buffer_destroy(d, buffers[i]);
-    for (size_t i = 0; i < PEL_MESH_STAGES; i++)
-        pel_gpu_timer_destroy(d, &m->timers[i]);
+    pel_gpu_stages_destroy(d, m->stages, PEL_MESH_STAGES);
     pel_vertices_destroy(d, &m->whole);
     pel_mesh_surfaces_finish(m);
     pel_mesh_extraction_finish(d, &m->extraction);
@@ -52,11 +51,7 @@ static bool take_volume(struct pel_mesh_renderer *m, const struct pel_frame *fra
     const struct pel_volume *v = frame->scene->volume;
     double start = pel_now_ms();
     m->format = pel_gpu_format_of(m->device, v, frame->threads);
-    for (int a = 0; a < 3; a++) {
-        m->box.size[a] = (int)v->dims[a];
-        m->box.cells[a] = (int)((v->dims[a] - 1) / PEL_CELL_SIZE + 1);
-        m->box.last[a] = (int)v->dims[a];
-    }
+    pel_gpu_box_whole(&m->box, v);
     m->extraction.ready = false;
     pel_minmax_finish(&m->minmax);
     memset(&m->minmax, 0, sizeof m->minmax);
@@ -123,10 +118,9 @@ bool pel_mesh_renderer_prepare(struct pel_mesh_renderer *m, const struct pel_fra
 static bool reserve(struct pel_mesh_renderer *m, const struct pel_image *image, struct pel_error *error)
 {
     struct pel_device *d = m->device;
-    const int most = d->info.max_texture_2d, w = image->width, h = image->height;
-    if (w > most || h > most || (uint64_t)w * (uint64_t)h > INT32_MAX / (4 * sizeof(float)))
-        return pel_fail(error, PEL_ERROR_UNSUPPORTED, "a picture of %d x %d is more than the GPU engine draws", w, h);
-    return pel_texture_reserve(d, &m->picture, GL_RGBA32F, w, h, 0, GL_NEAREST, error) &&
+    const int w = image->width, h = image->height;
+    return pel_gpu_check_picture(d, image, "", error) &&
+           pel_texture_reserve(d, &m->picture, GL_RGBA32F, w, h, 0, GL_NEAREST, error) &&
            pel_texture_reserve(d, &m->finished, GL_RGBA32F, w, h, 0, GL_NEAREST, error) &&
            pel_texture_reserve(d, &m->z, GL_DEPTH_COMPONENT32F, w, h, 0, GL_NEAREST, error) &&
            pel_texture_reserve(d, &m->depth, GL_R32F, w, h, 0, GL_NEAREST, error) &&
@@ -134,52 +128,28 @@ static bool reserve(struct pel_mesh_renderer *m, const struct pel_image *image, 
            pel_target_set(d, &m->finished_target, &m->finished, NULL, error);
 }
 
-static void begin_stage(struct pel_mesh_renderer *m, enum pel_mesh_stage stage, const char *name)
-{
-    m->milliseconds[stage] = -pel_now_ms();
-    pel_gpu_timer_begin(m->device, &m->timers[stage], name);
-}
-
-/* Software does its work when it is waited for: there stages are. */
-static void end_stage(struct pel_mesh_renderer *m, enum pel_mesh_stage stage)
-{
-    pel_gpu_timer_end(&m->timers[stage]);
-    if (m->device->info.software)
-        glFinish();
-    m->milliseconds[stage] += pel_now_ms();
-}
-
 static bool draw_passes(struct pel_mesh_renderer *m, const struct pel_frame *frame, struct pel_error *error)
 {
     glBindBufferBase(GL_UNIFORM_BUFFER, 0, m->block.name);
     glBindBufferBase(GL_UNIFORM_BUFFER, 1, m->mesh_block.name);
-    begin_stage(m, PEL_MESH_OPAQUE, "mesh: opaque surfaces");
+    pel_gpu_stages_clear(m->stages, PEL_MESH_STAGES);
+    pel_gpu_stage_begin(m->device, &m->stages[PEL_MESH_OPAQUE], "mesh: opaque surfaces");
     bool ok = pel_mesh_draw_opaque(m, error);
-    end_stage(m, PEL_MESH_OPAQUE);
-    begin_stage(m, PEL_MESH_TRANSLUCENT, "mesh: translucent surfaces");
+    pel_gpu_stage_end(m->device, &m->stages[PEL_MESH_OPAQUE]);
+    pel_gpu_stage_begin(m->device, &m->stages[PEL_MESH_TRANSLUCENT], "mesh: translucent surfaces");
     ok = ok && pel_mesh_draw_translucent(m, error);
-    end_stage(m, PEL_MESH_TRANSLUCENT);
-    begin_stage(m, PEL_MESH_FINISH, "mesh: depth and display");
+    pel_gpu_stage_end(m->device, &m->stages[PEL_MESH_TRANSLUCENT]);
+    pel_gpu_stage_begin(m->device, &m->stages[PEL_MESH_FINISH], "mesh: depth and display");
     ok = ok && (!frame->image->depth || pel_mesh_find_depth(m, error)) && (!frame->scene->linear_light || pel_mesh_to_display(m, error));
-    end_stage(m, PEL_MESH_FINISH);
+    pel_gpu_stage_end(m->device, &m->stages[PEL_MESH_FINISH]);
     return ok;
-}
-
-static bool read_back(struct pel_mesh_renderer *m, struct pel_image *image, bool finished, struct pel_error *error)
-{
-    GLsizei pixels = image->width * image->height;
-    glGetTextureImage(finished ? m->finished.name : m->picture.name, 0, GL_RGBA, GL_FLOAT, pixels * 4 * (GLsizei)sizeof(float),
-                      image->rgba);
-    if (image->depth)
-        glGetTextureImage(m->depth.name, 0, GL_RED, GL_FLOAT, pixels * (GLsizei)sizeof(float), image->depth);
-    return pel_device_check(m->device, "reading the picture back", error);
 }
 
 static void note(struct pel_mesh_renderer *m, const struct pel_frame *frame)
 {
     static const char *const names[] = { "opaque surfaces", "translucent surfaces", "depth and display" };
     for (int i = 0; i < PEL_MESH_STAGES; i++)
-        pel_frame_stage_gpu(frame, names[i], pel_now_ms() - m->milliseconds[i], pel_gpu_timer_ms(&m->timers[i]));
+        pel_gpu_stage_note(m->device, &m->stages[i], frame, names[i]);
     uint64_t vertices = 0, triangles = 0;
     for (int i = 0; i < m->job.iso_count; i++) {
         vertices += m->surfaces[i].vertex_count;
@@ -199,7 +169,7 @@ bool pel_mesh_renderer_draw(struct pel_mesh_renderer *m, const struct pel_frame 
     bool ok = draw_passes(m, frame, error);
     glClipControl(GL_LOWER_LEFT, GL_NEGATIVE_ONE_TO_ONE);
     double start = pel_now_ms();
-    ok = ok && read_back(m, frame->image, frame->scene->linear_light, error);
+    ok = ok && pel_gpu_read_back(m->device, frame->scene->linear_light ? &m->finished : &m->picture, &m->depth, frame->image, error);
     if (ok) {
         pel_frame_stage(frame, "read back", start);
         note(m, frame);

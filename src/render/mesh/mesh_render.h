@@ -6,6 +6,7 @@
 #define PEL_MESH_RENDER_H
 
 #include "drawing.h"
+#include "gpu_frame.h"
 #include "gpu_job.h"
 #include "mesh_extraction.h"
 #include "minmax.h"
@@ -52,8 +53,7 @@ struct pel_mesh_renderer {
     struct pel_vertices whole;
     struct pel_buffer heads, links, nodes; /* lists of translucent fragments */
     uint32_t listed;                       /* fragments in them */
-    struct pel_gpu_timer timers[PEL_MESH_STAGES];
-    double milliseconds[PEL_MESH_STAGES];
+    struct pel_gpu_stage stages[PEL_MESH_STAGES];
 };
 
 /* ---- mesh_surfaces.c ---- */

@@ -37,27 +37,11 @@ void pel_peel_destroy(struct pel_peel *p)
         pel_texture_destroy(d, textures[i]);
     for (size_t i = 0; i < sizeof buffers / sizeof *buffers; i++)
         pel_buffer_destroy(d, buffers[i]);
-    for (size_t i = 0; i < PEL_PEEL_STAGES; i++)
-        pel_gpu_timer_destroy(d, &p->timers[i]);
+    pel_gpu_stages_destroy(d, p->stages, PEL_PEEL_STAGES);
     pel_histopyramid_finish(d, &p->pyramid);
     pel_vertices_destroy(d, &p->vertices);
     pel_programs_finish(d, &p->programs);
     free(p);
-}
-
-/* Software does its work when it is waited for, and its timers tell little: there stages are waited for. */
-static void begin_stage(struct pel_peel *p, enum pel_peel_stage stage, const char *name)
-{
-    p->milliseconds[stage] -= pel_now_ms();
-    pel_gpu_timer_begin(p->device, &p->timers[stage], name);
-}
-
-static void end_stage(struct pel_peel *p, enum pel_peel_stage stage)
-{
-    pel_gpu_timer_end(&p->timers[stage]);
-    if (p->device->info.software)
-        glFinish();
-    p->milliseconds[stage] += pel_now_ms();
 }
 
 /* ---- preparing a frame ---- */
@@ -65,30 +49,14 @@ static void end_stage(struct pel_peel *p, enum pel_peel_stage stage)
 /* The volume, the macro-cells' ranges and the counts over them must all fit. */
 static bool fits(const struct pel_peel *p, const struct pel_volume *v, struct pel_error *error)
 {
-    uint64_t voxels = 1, cells = 1, each = (uint64_t)p->format.bytes, limit = p->device->params.memory_limit;
+    uint64_t cells = 1;
     int grid[4];
-    bool fits = true;
     pel_peel_grid(&p->job, p->options.granularity, grid);
-    for (int a = 0; a < 3; a++) {
-        fits &= v->dims[a] <= (size_t)p->device->info.max_texture_3d;
-        voxels *= v->dims[a];
+    for (int a = 0; a < 3; a++)
         cells *= (uint64_t)grid[a];
-    }
-    return (fits && (!limit || voxels * each + cells * (2 * each + 2) <= limit)) ||
+    return pel_gpu_volume_fits(p->device, &p->format, v, cells * (2 * (uint64_t)p->format.bytes + 2)) ||
            pel_fail(error, PEL_ERROR_UNSUPPORTED,
                     "peel keeps the whole volume on the device, which does not hold it; use the technique raycast");
-}
-
-static void set_box(struct pel_gpu_box *box, const struct pel_volume *v)
-{
-    const int far = 1 << 28;
-    for (int a = 0; a < 3; a++) {
-        box->origin[a] = box->first_cell[a] = 0;
-        box->size[a] = (int)v->dims[a];
-        box->cells[a] = (int)((v->dims[a] - 1) / PEL_CELL_SIZE + 1);
-        box->first[a] = -far;
-        box->last[a] = far;
-    }
 }
 
 static bool take_volume(struct pel_peel *p, const struct pel_frame *frame, struct pel_error *error)
@@ -98,7 +66,7 @@ static bool take_volume(struct pel_peel *p, const struct pel_frame *frame, struc
     p->format = pel_gpu_format_of(p->device, v, frame->threads);
     p->granularity = 0;
     p->chosen = PEL_MASKS_AUTO;
-    set_box(&p->box, v);
+    pel_gpu_box_whole(&p->box, v);
     for (int a = 0; a < 3; a++)
         p->job.dims[a] = (int32_t)v->dims[a];
     if (!fits(p, v, error) ||
@@ -143,16 +111,16 @@ static bool find_cells(struct pel_peel *p, const struct pel_frame *frame, struct
         return pel_peel_plant_tree(p, error);
     if (p->counted)
         return true;
-    begin_stage(p, PEL_STAGE_ACTIVE, "peel: active cells");
+    pel_gpu_stage_begin(p->device, &p->stages[PEL_STAGE_ACTIVE], "peel: active cells");
     bool ok = pel_peel_find_active(p, error);
-    end_stage(p, PEL_STAGE_ACTIVE);
+    pel_gpu_stage_end(p->device, &p->stages[PEL_STAGE_ACTIVE]);
     return ok;
 }
 
 bool pel_peel_prepare(struct pel_peel *p, const struct pel_frame *frame, struct pel_error *error)
 {
     const struct pel_scene *scene = frame->scene;
-    memset(p->milliseconds, 0, sizeof p->milliseconds);
+    pel_gpu_stages_clear(p->stages, PEL_PEEL_STAGES);
     p->options = *(const struct pel_peel_options *)frame->options;
     p->skip = scene->render.skip;
     if ((frame->changes & PEL_CHANGE_VOLUME) && !take_volume(p, frame, error))
@@ -183,11 +151,8 @@ static bool reserve(struct pel_peel *p, const struct pel_image *image, struct pe
 {
     const uint32_t none[COUNTER_ROWS][4] = { { 0 } };
     const float nothing[4] = { 0 }, nowhere = INFINITY;
-    const int most = p->device->info.max_texture_2d;
-    if (image->width > most || image->height > most || (uint64_t)image->width * (uint64_t)image->height > INT32_MAX / (4 * sizeof(float)))
-        return pel_fail(error, PEL_ERROR_UNSUPPORTED, "a picture of %d x %d is more than the GPU engine draws; use --device cpu",
-                        image->width, image->height);
-    if (!pel_texture_reserve(p->device, &p->picture, GL_RGBA32F, image->width, image->height, 0, GL_NEAREST, error) ||
+    if (!pel_gpu_check_picture(p->device, image, "; use --device cpu", error) ||
+        !pel_texture_reserve(p->device, &p->picture, GL_RGBA32F, image->width, image->height, 0, GL_NEAREST, error) ||
         !pel_texture_reserve(p->device, &p->depth, GL_R32F, image->width, image->height, 0, GL_NEAREST, error) ||
         !pel_buffer_fill(p->device, &p->counters, none, sizeof none, error) ||
         !pel_buffer_fill(p->device, &p->segments, none, sizeof none, error) || !pel_peel_mask_table(p, error))
@@ -262,15 +227,15 @@ static bool draw_tile(struct pel_peel *p, const struct pel_frame *frame, GLuint 
 {
     bool ok = true;
     if (masked(p)) {
-        begin_stage(p, PEL_STAGE_MASKS, "peel: masks");
+        pel_gpu_stage_begin(p->device, &p->stages[PEL_STAGE_MASKS], "peel: masks");
         ok = pel_peel_make_masks(p, path, tile, error);
-        end_stage(p, PEL_STAGE_MASKS);
+        pel_gpu_stage_end(p->device, &p->stages[PEL_STAGE_MASKS]);
     } else {
         ok = pel_peel_send_view(p, tile, error);
     }
-    begin_stage(p, PEL_STAGE_CAST, "peel: cast rays");
+    pel_gpu_stage_begin(p->device, &p->stages[PEL_STAGE_CAST], "peel: cast rays");
     ok = ok && cast_rays(p, frame, program, tile, error);
-    end_stage(p, PEL_STAGE_CAST);
+    pel_gpu_stage_end(p->device, &p->stages[PEL_STAGE_CAST]);
     p->tiles++;
     return ok;
 }
@@ -299,22 +264,11 @@ static bool draw_tiles(struct pel_peel *p, const struct pel_frame *frame, enum p
     return true;
 }
 
-static bool read_back(struct pel_peel *p, struct pel_image *image, struct pel_error *error)
-{
-    GLsizei pixels = image->width * image->height;
-    glGetTextureImage(p->picture.name, 0, GL_RGBA, GL_FLOAT, pixels * 4 * (GLsizei)sizeof(float), image->rgba);
-    if (image->depth)
-        glGetTextureImage(p->depth.name, 0, GL_RED, GL_FLOAT, pixels * (GLsizei)sizeof(float), image->depth);
-    return pel_device_check(p->device, "reading the picture back", error);
-}
-
 static void note_stages(struct pel_peel *p, const struct pel_frame *frame)
 {
     static const char *const names[] = { "active cells", "masks", "cast rays" };
     for (int i = 0; i < PEL_PEEL_STAGES; i++)
-        if (p->milliseconds[i] > 0) /* several tiles share a timer: then the wall's clock alone tells */
-            pel_frame_stage_gpu(frame, names[i], pel_now_ms() - p->milliseconds[i],
-                                p->device->info.software || (i != PEL_STAGE_ACTIVE && p->tiles > 1) ? -1 : pel_gpu_timer_ms(&p->timers[i]));
+        pel_gpu_stage_note(p->device, &p->stages[i], frame, names[i]);
 }
 
 static void note(struct pel_peel *p, const struct pel_frame *frame, enum pel_mask_path path)
@@ -356,7 +310,7 @@ bool pel_peel_draw(struct pel_peel *p, const struct pel_frame *frame, struct pel
     enum pel_mask_path path = PEL_MASKS_RASTER;
     bool ok = reserve(p, frame->image, error) && draw_tiles(p, frame, &path, error);
     double start = pel_now_ms();
-    ok = ok && read_back(p, frame->image, error);
+    ok = ok && pel_gpu_read_back(p->device, &p->picture, &p->depth, frame->image, error);
     if (ok) {
         pel_frame_stage(frame, "read back", start);
         note(p, frame, path);

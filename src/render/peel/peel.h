@@ -11,6 +11,7 @@
 #define PEL_PEEL_H
 
 #include "drawing.h"
+#include "gpu_frame.h"
 #include "gpu_job.h"
 #include "histopyramid.h"
 #include "technique.h"
@@ -76,8 +77,7 @@ struct pel_peel {
     struct pel_vertices vertices;
 
     enum pel_mask_path chosen; /* by measuring; PEL_MASKS_AUTO: not yet */
-    struct pel_gpu_timer timers[PEL_PEEL_STAGES];
-    double milliseconds[PEL_PEEL_STAGES];
+    struct pel_gpu_stage stages[PEL_PEEL_STAGES];
     int tiles; /* of the screen, each with masks of its own */
 };
 

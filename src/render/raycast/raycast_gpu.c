@@ -8,6 +8,7 @@
 #include "alloc.h"
 #include "brick_set.h"
 #include "fail.h"
+#include "gpu_frame.h"
 #include "gpu_rate.h"
 #include "rays.h"
 #include "timer.h"
@@ -176,11 +177,8 @@ bool pel_gpu_raycaster_prepare(struct pel_gpu_raycaster *rc, const struct pel_fr
 static bool reserve_picture(struct pel_gpu_raycaster *rc, const struct pel_image *image, struct pel_error *error)
 {
     const uint32_t none[COUNTER_ROWS][4] = { { 0 } };
-    const int most = rc->device->info.max_texture_2d;
-    if (image->width > most || image->height > most || (uint64_t)image->width * (uint64_t)image->height > INT32_MAX / (4 * sizeof(float)))
-        return pel_fail(error, PEL_ERROR_UNSUPPORTED, "a picture of %d x %d is more than the GPU engine draws; use --device cpu", image->width,
-                        image->height);
-    return pel_texture_reserve(rc->device, &rc->picture, GL_RGBA32F, image->width, image->height, 0, GL_NEAREST, error) &&
+    return pel_gpu_check_picture(rc->device, image, "; use --device cpu", error) &&
+           pel_texture_reserve(rc->device, &rc->picture, GL_RGBA32F, image->width, image->height, 0, GL_NEAREST, error) &&
            pel_texture_reserve(rc->device, &rc->depth, GL_R32F, image->width, image->height, 0, GL_NEAREST, error) &&
            pel_buffer_fill(rc->device, &rc->counters, none, sizeof none, error);
 }
@@ -321,15 +319,6 @@ static bool cast_rays(struct pel_gpu_raycaster *rc, const struct pel_frame *fram
     return ok;
 }
 
-static bool read_back(struct pel_gpu_raycaster *rc, struct pel_image *image, struct pel_error *error)
-{
-    GLsizei pixels = image->width * image->height;
-    glGetTextureImage(rc->picture.name, 0, GL_RGBA, GL_FLOAT, pixels * 4 * (GLsizei)sizeof(float), image->rgba);
-    if (image->depth)
-        glGetTextureImage(rc->depth.name, 0, GL_RED, GL_FLOAT, pixels * (GLsizei)sizeof(float), image->depth);
-    return pel_device_check(rc->device, "reading the picture back", error);
-}
-
 static void note_counters(struct pel_gpu_raycaster *rc, const struct pel_frame *frame)
 {
     uint32_t counted[COUNTER_ROWS][4] = { { 0 } };
@@ -363,7 +352,7 @@ bool pel_gpu_raycaster_draw(struct pel_gpu_raycaster *rc, const struct pel_frame
     if (!reserve_picture(rc, frame->image, error) || !cast_rays(rc, frame, error))
         return false;
     double start = pel_now_ms();
-    bool ok = read_back(rc, frame->image, error);
+    bool ok = pel_gpu_read_back(rc->device, &rc->picture, &rc->depth, frame->image, error);
     pel_frame_stage(frame, "read back", start);
     note_counters(rc, frame);
     return ok && pel_device_check(rc->device, "counters", error);

@@ -6,10 +6,10 @@
 #include <stdlib.h>
 
 #include "alloc.h"
-#include "arrays.h"
 #include "drawing.h"
 #include "encode.h"
 #include "fail.h"
+#include "gpu_frame.h"
 #include "gpu_job.h"
 #include "rays.h"
 #include "slices2d.h"
@@ -34,7 +34,7 @@ struct pel_gpu_slices2d {
     struct pel_texture entries, picture, layer, depth;
     struct pel_target target;
     struct pel_buffer block, slices_block, range, seen, corners;
-    struct pel_array polygons_array, strips_array;
+    struct pel_vertices polygons_array, strips_array;
     struct pel_gpu_timer timer;
     struct pel_gpu_counter fragments;
     uint64_t slices, polygons;
@@ -67,8 +67,8 @@ void pel_gpu_slices2d_destroy(struct pel_gpu_slices2d *s)
     for (size_t i = 0; i < sizeof buffers / sizeof *buffers; i++)
         pel_buffer_destroy(s->device, buffers[i]);
     pel_target_destroy(s->device, &s->target);
-    pel_array_destroy(s->device, &s->polygons_array);
-    pel_array_destroy(s->device, &s->strips_array);
+    pel_vertices_destroy(s->device, &s->polygons_array);
+    pel_vertices_destroy(s->device, &s->strips_array);
     pel_gpu_timer_destroy(s->device, &s->timer);
     pel_gpu_counter_destroy(s->device, &s->fragments);
     pel_programs_finish(s->device, &s->programs);
@@ -284,7 +284,7 @@ static bool draw_slices(const struct drawing *d, const struct pel_slices2d_part 
     bool all = !d->frame->scene->render.skip || !s->state.map_bytes;
     int count = seen ? pel_slices2d_seen(&s->job, part, &d->layout, polygons, all, seen, error) : -1;
     bool ok = count >= 0 && pel_buffer_fill(s->device, &s->seen, seen, (size_t)polygons * sizeof *seen, error) &&
-              pel_array_bind(s->device, &s->polygons_array, PEL_ARRAY_PAIRS, &s->seen, error);
+              pel_vertices_bind_buffer(s->device, &s->polygons_array, PEL_VERTICES_PAIRS, &s->seen, error);
     if (ok) {
         draw_polygons(d, color, polygons, depth, seen);
         s->polygons += (uint64_t)count;
@@ -304,7 +304,7 @@ static bool draw_strips(const struct drawing *d, const struct pel_slices2d_part 
         return false;
     size_t bytes = (size_t)strips.count * sizeof *strips.corners;
     bool ok = bytes == 0 || (pel_buffer_fill(s->device, &s->corners, strips.corners, bytes, error) &&
-                             pel_array_bind(s->device, &s->strips_array, PEL_ARRAY_CORNERS, &s->corners, error));
+                             pel_vertices_bind_buffer(s->device, &s->strips_array, PEL_VERTICES_CORNERS, &s->corners, error));
     if (ok && depth) {
         glBindTextureUnit(UNIT_SO_FAR, color->name);
         glBindImageTexture(IMAGE_DEPTH, s->depth.name, 0, GL_FALSE, 0, GL_WRITE_ONLY, GL_R32F);
@@ -369,11 +369,8 @@ static bool draw_parts(const struct drawing *d, struct pel_error *error)
 static bool reserve_picture(struct pel_gpu_slices2d *s, const struct pel_image *image, struct pel_error *error)
 {
     const float nothing[4] = { 0 }, nowhere = INFINITY;
-    const int most = s->device->info.max_texture_2d;
-    if (image->width > most || image->height > most || (uint64_t)image->width * (uint64_t)image->height > INT32_MAX / (4 * sizeof(float)))
-        return pel_fail(error, PEL_ERROR_UNSUPPORTED, "a picture of %d x %d is more than the GPU engine draws; use --device cpu",
-                        image->width, image->height);
-    if (!pel_texture_reserve(s->device, &s->picture, GL_RGBA32F, image->width, image->height, 0, GL_NEAREST, error) ||
+    if (!pel_gpu_check_picture(s->device, image, "; use --device cpu", error) ||
+        !pel_texture_reserve(s->device, &s->picture, GL_RGBA32F, image->width, image->height, 0, GL_NEAREST, error) ||
         (s->part_count > 1 && !pel_texture_reserve(s->device, &s->layer, GL_RGBA32F, image->width, image->height, 0, GL_NEAREST, error)) ||
         (image->depth && !pel_texture_reserve(s->device, &s->depth, GL_R32F, image->width, image->height, 0, GL_NEAREST, error)))
         return false;
@@ -386,15 +383,13 @@ static bool reserve_picture(struct pel_gpu_slices2d *s, const struct pel_image *
 static bool read_back(struct pel_gpu_slices2d *s, const struct pel_frame *frame, struct pel_error *error)
 {
     struct pel_image *image = frame->image;
-    GLsizei pixels = image->width * image->height;
     glMemoryBarrier(GL_TEXTURE_UPDATE_BARRIER_BIT);
-    glGetTextureImage(s->picture.name, 0, GL_RGBA, GL_FLOAT, pixels * 4 * (GLsizei)sizeof(float), image->rgba);
-    if (image->depth)
-        glGetTextureImage(s->depth.name, 0, GL_RED, GL_FLOAT, pixels * (GLsizei)sizeof(float), image->depth);
+    if (!pel_gpu_read_back(s->device, &s->picture, &s->depth, image, error))
+        return false;
     s->job.rgba = image->rgba;
     if (frame->scene->linear_light)
         pel_encode_picture(&s->job, frame->threads);
-    return pel_device_check(s->device, "reading the picture back", error);
+    return true;
 }
 
 static void note_counters(struct pel_gpu_slices2d *s, const struct pel_frame *frame)

@@ -50,8 +50,7 @@ void pel_slices3d_destroy(struct pel_slices3d *s)
         pel_buffer_destroy(d, buffers[i]);
         release_faces(d, faces[i]);
     }
-    for (size_t i = 0; i < PEL_STAGES; i++)
-        pel_gpu_timer_destroy(d, &s->timers[i]);
+    pel_gpu_stages_destroy(d, s->stages, PEL_STAGES);
     for (size_t i = 0; i < sizeof s->counters / sizeof *s->counters; i++)
         pel_gpu_counter_destroy(d, &s->counters[i]);
     pel_vertices_destroy(d, &s->vertices);
@@ -67,27 +66,10 @@ void pel_slices3d_destroy(struct pel_slices3d *s)
 
 static bool fits(const struct pel_slices3d *s, const struct pel_volume *v, struct pel_error *error)
 {
-    uint64_t bytes = (uint64_t)s->format.bytes, limit = s->device->params.memory_limit;
-    bool fits = true;
-    for (int a = 0; a < 3; a++) {
-        fits &= v->dims[a] <= (size_t)s->device->info.max_texture_3d && v->dims[a] <= 65535;
-        bytes *= v->dims[a];
-    }
-    return (fits && (!limit || bytes <= limit)) ||
+    bool numbered = v->dims[0] <= 65535 && v->dims[1] <= 65535 && v->dims[2] <= 65535;
+    return (numbered && pel_gpu_volume_fits(s->device, &s->format, v, 0)) ||
            pel_fail(error, PEL_ERROR_UNSUPPORTED,
                     "slices3d keeps the whole volume on the device, which does not hold it; use the technique raycast");
-}
-
-static void set_box(struct pel_gpu_box *box, const struct pel_volume *v)
-{
-    const int far = 1 << 28;
-    for (int a = 0; a < 3; a++) {
-        box->origin[a] = box->first_cell[a] = 0;
-        box->size[a] = (int)v->dims[a];
-        box->cells[a] = (int)((v->dims[a] - 1) / PEL_CELL_SIZE + 1);
-        box->first[a] = -far;
-        box->last[a] = far;
-    }
 }
 
 static bool take_volume(struct pel_slices3d *s, const struct pel_frame *frame, struct pel_error *error)
@@ -96,7 +78,7 @@ static bool take_volume(struct pel_slices3d *s, const struct pel_frame *frame, s
     const struct pel_volume *v = frame->scene->volume;
     s->format = pel_gpu_format_of(s->device, v, frame->threads);
     pel_octree_finish(&s->octree);
-    set_box(&s->box, v);
+    pel_gpu_box_whole(&s->box, v);
     if (!fits(s, v, error) ||
         !pel_gpu_volume_upload(s->device, &s->format, v, s->box.origin, s->box.size, frame->threads, &s->volume, error))
         return false;
@@ -250,10 +232,9 @@ static bool reserve(struct pel_slices3d *s, const struct pel_image *image, struc
 {
     static const GLenum formats[] = { GL_RGBA32F, GL_RGBA16F, GL_RGBA8 };
     struct pel_device *d = s->device;
-    const int most = d->info.max_texture_2d, w = image->width, h = image->height;
-    if (w > most || h > most || (uint64_t)w * (uint64_t)h > INT32_MAX / (4 * sizeof(float)))
-        return pel_fail(error, PEL_ERROR_UNSUPPORTED, "a picture of %d x %d is more than the GPU engine draws", w, h);
-    return pel_texture_reserve(d, &s->picture, formats[s->options.target], w, h, 0, GL_NEAREST, error) &&
+    const int w = image->width, h = image->height;
+    return pel_gpu_check_picture(d, image, "", error) &&
+           pel_texture_reserve(d, &s->picture, formats[s->options.target], w, h, 0, GL_NEAREST, error) &&
            pel_texture_reserve(d, &s->finished, GL_RGBA32F, w, h, 0, GL_NEAREST, error) &&
            pel_texture_reserve(d, &s->depth, GL_R32F, w, h, 0, GL_NEAREST, error) &&
            pel_texture_reserve(d, &s->stretch, GL_RGBA32F, w, h, 0, GL_NEAREST, error) &&
@@ -264,56 +245,31 @@ static bool reserve(struct pel_slices3d *s, const struct pel_image *image, struc
            pel_target_set(d, &s->depth_target, &s->depth, NULL, error) && pel_target_set(d, &s->finished_target, &s->finished, NULL, error);
 }
 
-static void begin_stage(struct pel_slices3d *s, enum pel_slices3d_stage stage, const char *name)
-{
-    s->milliseconds[stage] = -pel_now_ms();
-    pel_gpu_timer_begin(s->device, &s->timers[stage], name);
-}
-
-/* Software does its work when it is waited for, and its timers tell little: there stages are waited for. */
-static void end_stage(struct pel_slices3d *s, enum pel_slices3d_stage stage)
-{
-    pel_gpu_timer_end(&s->timers[stage]);
-    if (s->device->info.software)
-        glFinish();
-    s->milliseconds[stage] += pel_now_ms();
-}
-
 static bool draw_passes(struct pel_slices3d *s, const struct pel_frame *frame, bool to_display, struct pel_error *error)
 {
     const enum pel_cull cull = s->options.cull;
     bool ok = pel_slices3d_bind(s, error);
-    begin_stage(s, PEL_STAGE_VIEW, "slices3d: stretches of rays");
+    pel_gpu_stages_clear(s->stages, PEL_STAGES);
+    pel_gpu_stage_begin(s->device, &s->stages[PEL_STAGE_VIEW], "slices3d: stretches of rays");
     ok = ok && pel_slices3d_measure_stretches(s, cull, error);
-    end_stage(s, PEL_STAGE_VIEW);
-    begin_stage(s, PEL_STAGE_SURFACES, "slices3d: z-buffer");
+    pel_gpu_stage_end(s->device, &s->stages[PEL_STAGE_VIEW]);
+    pel_gpu_stage_begin(s->device, &s->stages[PEL_STAGE_SURFACES], "slices3d: z-buffer");
     ok = ok && pel_slices3d_init_z(s, cull, error);
-    end_stage(s, PEL_STAGE_SURFACES);
-    begin_stage(s, PEL_STAGE_SLICES, "slices3d: slices");
+    pel_gpu_stage_end(s->device, &s->stages[PEL_STAGE_SURFACES]);
+    pel_gpu_stage_begin(s->device, &s->stages[PEL_STAGE_SLICES], "slices3d: slices");
     ok = ok && (s->options.show ? pel_slices3d_show(s, error) : pel_slices3d_draw_slices(s, cull, s->options.slab, error));
-    end_stage(s, PEL_STAGE_SLICES);
-    begin_stage(s, PEL_STAGE_FINISH, "slices3d: depth and display");
+    pel_gpu_stage_end(s->device, &s->stages[PEL_STAGE_SLICES]);
+    pel_gpu_stage_begin(s->device, &s->stages[PEL_STAGE_FINISH], "slices3d: depth and display");
     ok = ok && (!frame->image->depth || pel_slices3d_find_depth(s, error)) && (!to_display || pel_slices3d_to_display(s, error));
-    end_stage(s, PEL_STAGE_FINISH);
+    pel_gpu_stage_end(s->device, &s->stages[PEL_STAGE_FINISH]);
     return ok;
-}
-
-static bool read_back(struct pel_slices3d *s, struct pel_image *image, bool finished, struct pel_error *error)
-{
-    GLsizei pixels = image->width * image->height;
-    glGetTextureImage(finished ? s->finished.name : s->picture.name, 0, GL_RGBA, GL_FLOAT, pixels * 4 * (GLsizei)sizeof(float),
-                      image->rgba);
-    if (image->depth)
-        glGetTextureImage(s->depth.name, 0, GL_RED, GL_FLOAT, pixels * (GLsizei)sizeof(float), image->depth);
-    return pel_device_check(s->device, "reading the picture back", error);
 }
 
 static void note(struct pel_slices3d *s, const struct pel_frame *frame)
 {
     static const char *const names[] = { "stretches", "z-buffer", "slices", "depth and display" };
     for (int i = 0; i < 4; i++)
-        pel_frame_stage_gpu(frame, names[i], pel_now_ms() - s->milliseconds[i],
-                            s->device->info.software ? -1 : pel_gpu_timer_ms(&s->timers[i]));
+        pel_gpu_stage_note(s->device, &s->stages[i], frame, names[i]);
     pel_frame_count(frame, "slices", (uint64_t)s->view.count);
     pel_frame_count(frame, "fragments drawn", pel_gpu_counter_value(&s->counters[2]));
     if (s->has_t && needs_t(&s->options)) {
@@ -338,7 +294,7 @@ bool pel_slices3d_draw(struct pel_slices3d *s, const struct pel_frame *frame, st
         return false;
     bool ok = draw_passes(s, frame, to_display, error);
     double start = pel_now_ms();
-    ok = ok && read_back(s, frame->image, finished, error);
+    ok = ok && pel_gpu_read_back(s->device, finished ? &s->finished : &s->picture, &s->depth, frame->image, error);
     if (ok) {
         pel_frame_stage(frame, "read back", start);
         note(s, frame);

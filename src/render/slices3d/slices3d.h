@@ -7,6 +7,7 @@
 
 #include "cubes.h"
 #include "drawing.h"
+#include "gpu_frame.h"
 #include "gpu_job.h"
 #include "technique.h"
 
@@ -90,8 +91,7 @@ struct pel_slices3d {
     struct pel_texture picture, z, near, stretch, depth, finished;
     struct pel_target target, near_target, z_target, stretch_target, depth_target, finished_target;
     struct pel_vertices vertices;
-    struct pel_gpu_timer timers[PEL_STAGES];
-    double milliseconds[PEL_STAGES];    /* since each stage began */
+    struct pel_gpu_stage stages[PEL_STAGES];
     struct pel_gpu_counter counters[4]; /* of phi_t and of phi_p in the z-buffer, of slices; cost.c's */
     int stops;                          /* passes between slabs */
 };
