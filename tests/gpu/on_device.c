@@ -92,3 +92,15 @@ void make_sized(struct pel_volume *volume, struct pel_scene *scene, const size_t
     scene->more_slice_count = 2;
 }
 
+
+void clip(struct pel_scene *scene)
+{
+    double bounds[6];
+    scene->clip_plane_count = 1;
+    memcpy(scene->clip_planes[0].origin, scene->slice.origin, sizeof scene->slice.origin);
+    memcpy(scene->clip_planes[0].normal, (double[3]) { 1, 1, 0.3 }, sizeof scene->clip_planes[0].normal);
+    pel_volume_bounds(scene->volume, bounds);
+    for (int i = 0; i < 6; i++)
+        scene->clip_box[i] = bounds[i] + (i % 2 ? -0.15 : 0.1) * (bounds[i | 1] - bounds[i & ~1]);
+    scene->clip_box_enabled = true;
+}

@@ -30,4 +30,7 @@ void make_typed(struct pel_volume *volume, struct pel_scene *scene, enum pel_typ
 /* A volume as large as you like, with the same in it. */
 void make_sized(struct pel_volume *volume, struct pel_scene *scene, const size_t dims[3], enum pel_type type, formula *f);
 
+/* A plane and a box that cut into the volume. */
+void clip(struct pel_scene *scene);
+
 #endif

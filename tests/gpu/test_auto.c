@@ -3,25 +3,17 @@
  * counts, and refuses nothing that the ray caster draws. Skipped, loudly, where no device is usable. */
 #include "on_device.h"
 
-static void draw_by(struct pel_renderer *renderer, const struct pel_scene *scene, const char *technique, struct pel_image *image)
-{
-    struct pel_error error = PEL_ERROR_INIT;
-    pel_image_init(image);
-    if (!pel_image_allocate(image, WIDTH, HEIGHT, true, &error) || !pel_renderer_draw(renderer, scene, technique, image, &error))
-        fail_msg("%s: %s", technique, error.message);
-}
-
 /* Draws by auto, and what it took by name with another renderer: the same bytes. Gives what it took. */
 static const char *check_frame(struct pel_renderer *renderer, struct pel_renderer *other, const struct pel_scene *scene)
 {
     struct pel_image chosen, named;
-    draw_by(renderer, scene, "auto", &chosen);
+    draw_by(renderer, scene, "auto", WIDTH, HEIGHT, true, &chosen);
     const struct pel_frame_stats *stats = pel_renderer_stats(renderer);
     const char *took = stats->technique;
     assert_true(strcmp(took, "raycast") == 0 || strcmp(took, "peel") == 0);
     assert_non_null(stats->reason);
     assert_true(stats->reason[0] != 0 && stats->stage_count > 0);
-    draw_by(other, scene, took, &named);
+    draw_by(other, scene, took, WIDTH, HEIGHT, true, &named);
     assert_null(pel_renderer_stats(other)->reason);
     assert_string_equal(pel_renderer_stats(other)->technique, took);
     check_same_bytes(&chosen, &named, took);
@@ -96,7 +88,7 @@ static void test_rest(void **state)
         while (!pel_renderer_finished(renderer))
             assert_string_equal(check_frame(renderer, other, &scene), took);
         struct pel_image again; /* nothing is drawn any more, and still it is told */
-        draw_by(renderer, &scene, "auto", &again);
+        draw_by(renderer, &scene, "auto", WIDTH, HEIGHT, true, &again);
         pel_image_finish(&again);
         assert_string_equal(pel_renderer_stats(renderer)->technique, took);
         assert_non_null(pel_renderer_stats(renderer)->reason);

@@ -7,29 +7,12 @@
 
 static void set(struct pel_renderer *renderer, const char *name, const char *value)
 {
-    struct pel_error error = PEL_ERROR_INIT;
-    const struct pel_option *row = pel_option_find(pel_technique_find("mesh")->options, name);
-    assert_non_null(row);
-    if (!pel_option_set(row, pel_renderer_options(renderer, "mesh"), value, &error))
-        fail_msg("%s", error.message);
+    set_option_of(renderer, "mesh", name, value);
 }
 
 static void draw_mesh(struct pel_renderer *renderer, const struct pel_scene *scene, int width, int height, struct pel_image *image)
 {
-    struct pel_error error = PEL_ERROR_INIT;
-    pel_image_init(image);
-    if (!pel_image_allocate(image, width, height, true, &error) || !pel_renderer_draw(renderer, scene, "mesh", image, &error))
-        fail_msg("%s", error.message);
-}
-
-static uint64_t counter(const struct pel_renderer *renderer, const char *name)
-{
-    const struct pel_frame_stats *stats = pel_renderer_stats(renderer);
-    for (int i = 0; i < stats->counter_count; i++)
-        if (!strcmp(stats->counters[i].name, name))
-            return stats->counters[i].value;
-    fail_msg("no counter %s", name);
-    return 0;
+    draw_by(renderer, scene, "mesh", width, height, true, image);
 }
 
 /* The ray caster's picture, in steps that miss nothing. */
@@ -69,19 +52,6 @@ static void make_surfaces(struct pel_volume *volume, struct pel_scene *scene, en
     scene->render.mode = PEL_MODE_ISOSURFACE;
     scene->isosurfaces[0].opacity = opacity;
     scene->isosurfaces[1].opacity = opacity > 0.5 ? 1 : 0.7;
-}
-
-/* A plane and a box that cut into the volume. */
-static void clip(struct pel_scene *scene)
-{
-    double bounds[6];
-    scene->clip_plane_count = 1;
-    memcpy(scene->clip_planes[0].origin, scene->slice.origin, sizeof scene->slice.origin);
-    memcpy(scene->clip_planes[0].normal, (double[3]) { 1, 1, 0.3 }, sizeof scene->clip_planes[0].normal);
-    pel_volume_bounds(scene->volume, bounds);
-    for (int i = 0; i < 6; i++)
-        scene->clip_box[i] = bounds[i] + (i % 2 ? -0.15 : 0.1) * (bounds[i | 1] - bounds[i & ~1]);
-    scene->clip_box_enabled = true;
 }
 
 /* In perspective and parallel, clipped and not, lit by a lamp, in linear light, opaque and translucent, with and without voids. */
@@ -141,7 +111,7 @@ static void test_many_layers(void **state)
     scene.isosurfaces[1].opacity = 0.15;
     draw_truth(&scene, 160, 120, &truth);
     draw_mesh(renderer, &scene, 160, 120, &mesh);
-    check_at_least((double)counter(renderer, "fragments in lists") / (160 * 120), 1.5, "fragments a pixel");
+    check_at_least((double)frame_counter(renderer, "fragments in lists") / (160 * 120), 1.5, "fragments a pixel");
     check_at_least(psnr(&truth, &mesh), 36, "shells: PSNR");
     pel_image_finish(&mesh);
     draw_mesh(renderer, &scene, 53, 40, &mesh); /* the lists are there already, and are longer than they need be */
@@ -192,22 +162,22 @@ static void test_extraction(void **state)
         scene.isosurfaces[1].value = 71.618034; /* tie, which float and double would decide differently */
         set(renderer, "extract", "cpu");
         draw_mesh(renderer, &scene, 97, 81, &by_cpu);
-        uint64_t vertices = counter(renderer, "vertices"), triangles = counter(renderer, "triangles");
+        uint64_t vertices = frame_counter(renderer, "vertices"), triangles = frame_counter(renderer, "triangles");
         set(renderer, "extract", "gpu");
         draw_mesh(renderer, &scene, 97, 81, &by_gpu);
         assert_true(triangles > 1000);
-        assert_int_equal(counter(renderer, "vertices"), vertices);
-        assert_int_equal(counter(renderer, "triangles"), triangles);
+        assert_int_equal(frame_counter(renderer, "vertices"), vertices);
+        assert_int_equal(frame_counter(renderer, "triangles"), triangles);
         check_at_least(psnr(&by_cpu, &by_gpu), 60, "volume %d: PSNR of the GPU's extraction against the CPU's", i);
         pel_image_finish(&by_gpu);
         scene.isosurfaces[0].value = 1e6; /* one that nothing reaches, and another elsewhere */
         scene.isosurfaces[1].value = 30.618034;
         draw_mesh(renderer, &scene, 97, 81, &by_gpu);
-        uint64_t after = counter(renderer, "triangles");
+        uint64_t after = frame_counter(renderer, "triangles");
         set(renderer, "extract", "cpu");
         pel_image_finish(&by_cpu);
         draw_mesh(renderer, &scene, 97, 81, &by_cpu);
-        assert_int_equal(counter(renderer, "triangles"), after);
+        assert_int_equal(frame_counter(renderer, "triangles"), after);
         assert_true(after > 1000);
         pel_image_finish(&by_cpu);
         pel_image_finish(&by_gpu);

@@ -6,29 +6,7 @@
 
 static void set_option(struct pel_renderer *renderer, const char *name, const char *value)
 {
-    struct pel_error error = PEL_ERROR_INIT;
-    const struct pel_option *row = pel_option_find(pel_technique_find("peel")->options, name);
-    assert_non_null(row);
-    if (!pel_option_set(row, pel_renderer_options(renderer, "peel"), value, &error))
-        fail_msg("%s", error.message);
-}
-
-static void draw_by(struct pel_renderer *renderer, const struct pel_scene *scene, const char *technique, int width, int height, struct pel_image *image)
-{
-    struct pel_error error = PEL_ERROR_INIT;
-    pel_image_init(image);
-    if (!pel_image_allocate(image, width, height, true, &error) || !pel_renderer_draw(renderer, scene, technique, image, &error))
-        fail_msg("%s: %s", technique, error.message);
-}
-
-static uint64_t counter(const struct pel_renderer *renderer, const char *name)
-{
-    const struct pel_frame_stats *stats = pel_renderer_stats(renderer);
-    for (int i = 0; i < stats->counter_count; i++)
-        if (strcmp(stats->counters[i].name, name) == 0)
-            return stats->counters[i].value;
-    fail_msg("there is no counter %s", name);
-    return 0;
+    set_option_of(renderer, "peel", name, value);
 }
 
 /* Whole rays by the ray caster. */
@@ -36,7 +14,7 @@ static void draw_brute(struct pel_renderer *renderer, const struct pel_scene *sc
 {
     struct pel_scene whole = *scene;
     whole.render.skip = false;
-    draw_by(renderer, &whole, "raycast", width, height, image);
+    draw_by(renderer, &whole, "raycast", width, height, true, image);
 }
 
 /* Rays that meet a surface in one picture alone. */
@@ -78,28 +56,28 @@ static void check_view(struct pel_renderer *renderer, const struct pel_scene *sc
     snprintf(what, sizeof what, "%s, view %d: %s", name, number, options);
     draw_brute(renderer, scene, WIDTH, HEIGHT, &brute);
     set_option(renderer, "roots", "steps");
-    draw_by(renderer, scene, "peel", WIDTH, HEIGHT, &peeled);
+    draw_by(renderer, scene, "peel", WIDTH, HEIGHT, true, &peeled);
     check_same_bytes(&brute, &peeled, what);
     assert_memory_equal(brute.depth, peeled.depth, sizeof(float) * WIDTH * HEIGHT);
     pel_image_finish(&peeled);
 
     set_option(renderer, "segments", "tree"); /* the rival must be right, too */
     set_option(renderer, "interior", "true");
-    draw_by(renderer, scene, "peel", WIDTH, HEIGHT, &peeled);
+    draw_by(renderer, scene, "peel", WIDTH, HEIGHT, true, &peeled);
     check_same_bytes(&brute, &peeled, what);
     pel_image_finish(&peeled);
     set_option(renderer, "segments", "masks");
     take_options(renderer, number, options, sizeof options);
 
     set_option(renderer, "roots", "search");
-    draw_by(renderer, scene, "peel", WIDTH, HEIGHT, &peeled);
+    draw_by(renderer, scene, "peel", WIDTH, HEIGHT, true, &peeled);
     check_at_most(lone_hits(&brute, &peeled) + lone_hits(&peeled, &brute), 0, "%s: rays that hit with a binary search or without it alone", what);
     pel_image_finish(&peeled);
 
     set_option(renderer, "roots", "cubic");
-    draw_by(renderer, scene, "peel", WIDTH, HEIGHT, &peeled);
+    draw_by(renderer, scene, "peel", WIDTH, HEIGHT, true, &peeled);
     all.render.skip = false;
-    draw_by(renderer, &all, "peel", WIDTH, HEIGHT, &whole);
+    draw_by(renderer, &all, "peel", WIDTH, HEIGHT, true, &whole);
     check_same_bytes(&whole, &peeled, what);
     assert_memory_equal(whole.depth, peeled.depth, sizeof(float) * WIDTH * HEIGHT);
     check_at_most(lone_hits(&brute, &peeled), 0, "%s: rays whose hit the exact roots miss", what);
@@ -258,7 +236,7 @@ static void test_exact_roots(void **state)
     make_typed(&volume, &scene, PEL_F32, blob);
     scene.render.mode = PEL_MODE_ISOSURFACE;
     scene.camera.view_angle = 8;
-    draw_by(renderer, &scene, "peel", 3 * WIDTH, 3 * HEIGHT, &exact);
+    draw_by(renderer, &scene, "peel", 3 * WIDTH, 3 * HEIGHT, true, &exact);
     scene.render.step = 0.01;
     draw_brute(renderer, &scene, 3 * WIDTH, 3 * HEIGHT, &fine);
     check_at_least(hits(&fine), 1000, "rays that hit");
@@ -295,13 +273,13 @@ static void test_changes(void **state)
             pel_camera_azimuth(&scene.camera, 30);
         if (i == 5)
             set_option(renderer, "granularity", "3"), set_option(fresh, "granularity", "3");
-        draw_by(renderer, &scene, "peel", WIDTH, HEIGHT, &image);
-        draw_by(fresh, &scene, "peel", WIDTH, HEIGHT, &again);
+        draw_by(renderer, &scene, "peel", WIDTH, HEIGHT, true, &image);
+        draw_by(fresh, &scene, "peel", WIDTH, HEIGHT, true, &again);
         check_same_bytes(&image, &again, "after changes");
         if (i == 1) /* another isovalue, other cells */
-            assert_int_not_equal(counter(renderer, "active cells"), before);
+            assert_int_not_equal(frame_counter(renderer, "active cells"), before);
         if (i != 4)
-            before = counter(renderer, "active cells");
+            before = frame_counter(renderer, "active cells");
         pel_image_finish(&image);
         pel_image_finish(&again);
         pel_renderer_destroy(fresh);
@@ -327,19 +305,19 @@ static void test_counters(void **state)
     scene.isosurface_count = 1;
     set_option(renderer, "granularity", "1");
     set_option(renderer, "mask-path", "raster");
-    draw_by(renderer, &scene, "peel", WIDTH, HEIGHT, &image);
+    draw_by(renderer, &scene, "peel", WIDTH, HEIGHT, true, &image);
     pel_image_finish(&image);
-    uint64_t segments = counter(renderer, "segments"), looked = counter(renderer, "voxel cells looked into");
-    assert_int_equal(counter(renderer, "cells"), 69 * 69 * 69);
-    assert_int_equal(counter(renderer, "cell-slices"), 69);
-    assert_int_equal(counter(renderer, "layers of masks"), 5);
-    assert_true(counter(renderer, "active cells") > 1000 && counter(renderer, "active cells") < 69 * 69 * 69 / 2);
-    assert_true(segments > 2 * counter(renderer, "rays with segments"));
+    uint64_t segments = frame_counter(renderer, "segments"), looked = frame_counter(renderer, "voxel cells looked into");
+    assert_int_equal(frame_counter(renderer, "cells"), 69 * 69 * 69);
+    assert_int_equal(frame_counter(renderer, "cell-slices"), 69);
+    assert_int_equal(frame_counter(renderer, "layers of masks"), 5);
+    assert_true(frame_counter(renderer, "active cells") > 1000 && frame_counter(renderer, "active cells") < 69 * 69 * 69 / 2);
+    assert_true(segments > 2 * frame_counter(renderer, "rays with segments"));
     set_option(renderer, "interior", "false");
-    draw_by(renderer, &scene, "peel", WIDTH, HEIGHT, &image);
+    draw_by(renderer, &scene, "peel", WIDTH, HEIGHT, true, &image);
     pel_image_finish(&image);
-    assert_int_equal(counter(renderer, "segments"), counter(renderer, "rays with segments"));
-    check_at_least((double)counter(renderer, "voxel cells looked into"), 1.2 * (double)looked, "cells looked into without interior skipping");
+    assert_int_equal(frame_counter(renderer, "segments"), frame_counter(renderer, "rays with segments"));
+    check_at_least((double)frame_counter(renderer, "voxel cells looked into"), 1.2 * (double)looked, "cells looked into without interior skipping");
     pel_renderer_destroy(renderer);
     pel_scene_finish(&scene);
     pel_volume_finish(&volume);
@@ -365,10 +343,10 @@ static void test_tiles(void **state)
     for (int path = 0; path < 2; path++) {
         struct pel_renderer *renderer = gpu_renderer(), *limited = pel_renderer_create(&on, &error);
         set_option(limited, "mask-path", path ? "compute" : "raster");
-        draw_by(renderer, &scene, "peel", 3 * WIDTH, 3 * HEIGHT, &whole);
-        draw_by(limited, &scene, "peel", 3 * WIDTH, 3 * HEIGHT, &tiled);
-        assert_int_equal(counter(renderer, "tiles of the screen"), 1);
-        assert_true(counter(limited, "tiles of the screen") > 3);
+        draw_by(renderer, &scene, "peel", 3 * WIDTH, 3 * HEIGHT, true, &whole);
+        draw_by(limited, &scene, "peel", 3 * WIDTH, 3 * HEIGHT, true, &tiled);
+        assert_int_equal(frame_counter(renderer, "tiles of the screen"), 1);
+        assert_true(frame_counter(limited, "tiles of the screen") > 3);
         check_same_bytes(&whole, &tiled, "in tiles");
         pel_image_finish(&whole);
         pel_image_finish(&tiled);
@@ -385,9 +363,9 @@ static void test_tiles(void **state)
 static uint64_t active_cells(struct pel_renderer *renderer, const struct pel_scene *scene)
 {
     struct pel_image image;
-    draw_by(renderer, scene, "peel", 8, 8, &image);
+    draw_by(renderer, scene, "peel", 8, 8, true, &image);
     pel_image_finish(&image);
-    return counter(renderer, "active cells");
+    return frame_counter(renderer, "active cells");
 }
 
 /* In software the CPU makes the cells' ranges: they are those that the device makes on hardware. */
@@ -430,14 +408,7 @@ static void test_ranges(void **state)
 
 static void expect_refusal(struct pel_renderer *renderer, const struct pel_scene *scene, const char *word)
 {
-    struct pel_error error = PEL_ERROR_INIT;
-    struct pel_image image;
-    pel_image_init(&image);
-    assert_true(pel_image_allocate(&image, 16, 16, false, &error));
-    assert_false(pel_renderer_draw(renderer, scene, "peel", &image, &error));
-    if (!strstr(error.message, word))
-        fail_msg("'%s' does not say '%s'", error.message, word);
-    pel_image_finish(&image);
+    expect_refusal_by(renderer, scene, "peel", word);
 }
 
 static void test_refusals(void **state)
@@ -460,14 +431,14 @@ static void test_refusals(void **state)
     expect_refusal(renderer, &scene, "layer");
     set_option(renderer, "segments", "masks");
     scene.camera.focal_point[0] += 1e5; /* nothing in view */
-    draw_by(renderer, &scene, "peel", WIDTH, HEIGHT, &image);
+    draw_by(renderer, &scene, "peel", WIDTH, HEIGHT, true, &image);
     assert_int_equal(hits(&image), 0);
     pel_image_finish(&image);
     scene.isosurfaces[0].value = scene.isosurfaces[1].value = 1e4; /* no active cell */
     scene.camera.focal_point[0] -= 1e5;
-    draw_by(renderer, &scene, "peel", WIDTH, HEIGHT, &image);
+    draw_by(renderer, &scene, "peel", WIDTH, HEIGHT, true, &image);
     assert_int_equal(hits(&image), 0);
-    assert_int_equal(counter(renderer, "active cells"), 0);
+    assert_int_equal(frame_counter(renderer, "active cells"), 0);
     pel_image_finish(&image);
     pel_renderer_destroy(renderer);
     struct pel_device_params params = PEL_DEVICE_PARAMS_INIT;

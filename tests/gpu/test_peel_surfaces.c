@@ -155,26 +155,6 @@ static void test_known_surfaces(void **state)
     assert_int_equal(pel_device_objects(device), 0);
 }
 
-/* Reads a file of the real data; false, loudly, where it is not there. */
-static bool read_real(struct pel_volume *volume, const char *name)
-{
-    const char *folder = getenv("PELLUCID_TEST_DATA");
-    struct pel_error error = PEL_ERROR_INIT;
-    char path[4096];
-    snprintf(path, sizeof path, "%s/%s", folder ? folder : "", name);
-    FILE *there = folder ? fopen(path, "rb") : NULL;
-    if (!there) {
-        print_message("SKIPPED: no real data: set PELLUCID_TEST_DATA to a folder with %s\n", name);
-        return false;
-    }
-    fclose(there);
-    const struct pel_read_params params = PEL_READ_PARAMS_INIT;
-    pel_volume_init(volume);
-    if (!pel_read_volume(path, &params, volume, NULL, &error))
-        fail_msg("%s", error.message);
-    return true;
-}
-
 /* Pixels where one picture alone has a surface. */
 static int silhouette(const struct pel_image *a, const struct pel_image *b)
 {
@@ -198,8 +178,7 @@ static void check_real(const char *name, double isovalue)
     scene.isosurfaces[0] = (struct pel_isosurface){ isovalue, { 1, 1, 1 }, 1 };
     scene.isosurface_count = 1;
     draw_on(renderer, &scene, "peel", SIZE, &exact);
-    const struct pel_option *row = pel_option_find(pel_technique_find("peel")->options, "roots");
-    assert_true(pel_option_set(row, pel_renderer_options(renderer, "peel"), "steps", NULL));
+    set_option_of(renderer, "peel", "roots", "steps");
     draw_on(renderer, &scene, "peel", SIZE, &steps);
     scene.render.skip = false;
     draw_on(renderer, &scene, "raycast", SIZE, &brute);

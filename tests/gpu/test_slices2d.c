@@ -7,19 +7,12 @@
 
 static void set(struct pel_renderer *renderer, const char *name, const char *value)
 {
-    struct pel_error error = PEL_ERROR_INIT;
-    const struct pel_option *row = pel_option_find(pel_technique_find("slices2d")->options, name);
-    assert_non_null(row);
-    if (!pel_option_set(row, pel_renderer_options(renderer, "slices2d"), value, &error))
-        fail_msg("%s", error.message);
+    set_option_of(renderer, "slices2d", name, value);
 }
 
 static void draw_slices_sized(struct pel_renderer *renderer, const struct pel_scene *scene, int width, int height, struct pel_image *image)
 {
-    struct pel_error error = PEL_ERROR_INIT;
-    pel_image_init(image);
-    if (!pel_image_allocate(image, width, height, true, &error) || !pel_renderer_draw(renderer, scene, "slices2d", image, &error))
-        fail_msg("%s", error.message);
+    draw_by(renderer, scene, "slices2d", width, height, true, image);
 }
 
 static void draw_slices(struct pel_renderer *renderer, const struct pel_scene *scene, struct pel_image *image)
@@ -51,19 +44,6 @@ static void look_along(struct pel_scene *scene, int direction, bool parallel)
         c->view_up[i] = i == (fabs(to[2]) > 0.8 * sqrt(length) ? 1 : 2);
     }
     c->parallel = parallel;
-}
-
-/* A plane and a box that cut into the volume. */
-static void clip(struct pel_scene *scene)
-{
-    double bounds[6];
-    scene->clip_plane_count = 1;
-    memcpy(scene->clip_planes[0].origin, scene->slice.origin, sizeof scene->slice.origin);
-    memcpy(scene->clip_planes[0].normal, (double[3]) { 1, 1, 0.3 }, sizeof scene->clip_planes[0].normal);
-    pel_volume_bounds(scene->volume, bounds);
-    for (int i = 0; i < 6; i++)
-        scene->clip_box[i] = bounds[i] + (i % 2 ? -0.15 : 0.1) * (bounds[i | 1] - bounds[i & ~1]);
-    scene->clip_box_enabled = true;
 }
 
 /* At half a voxel from slice to slice. */

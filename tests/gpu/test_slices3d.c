@@ -5,29 +5,12 @@
 
 static void set_option(struct pel_renderer *renderer, const char *name, const char *value)
 {
-    struct pel_error error = PEL_ERROR_INIT;
-    const struct pel_option *row = pel_option_find(pel_technique_find("slices3d")->options, name);
-    assert_non_null(row);
-    if (!pel_option_set(row, pel_renderer_options(renderer, "slices3d"), value, &error))
-        fail_msg("%s", error.message);
+    set_option_of(renderer, "slices3d", name, value);
 }
 
 static void draw_slices(struct pel_renderer *renderer, const struct pel_scene *scene, int width, int height, bool depth, struct pel_image *image)
 {
-    struct pel_error error = PEL_ERROR_INIT;
-    pel_image_init(image);
-    if (!pel_image_allocate(image, width, height, depth, &error) || !pel_renderer_draw(renderer, scene, "slices3d", image, &error))
-        fail_msg("%s", error.message);
-}
-
-static uint64_t counter(const struct pel_renderer *renderer, const char *name)
-{
-    const struct pel_frame_stats *stats = pel_renderer_stats(renderer);
-    for (int i = 0; i < stats->counter_count; i++)
-        if (strcmp(stats->counters[i].name, name) == 0)
-            return stats->counters[i].value;
-    fail_msg("there is no counter %s", name);
-    return 0;
+    draw_by(renderer, scene, "slices3d", width, height, depth, image);
 }
 
 static const char *const culls[] = { "front", "err", "ess", "ert", "ess+ert", "band" };
@@ -202,14 +185,14 @@ static void test_orders(void **state)
     for (int c = -1; c < CULLS; c++) {
         set_option(renderer, "cull", c < 0 ? "none" : culls[c]);
         draw_slices(renderer, &scene, WIDTH, HEIGHT, false, &plain);
-        uint64_t fragments = counter(renderer, "fragments drawn");
+        uint64_t fragments = frame_counter(renderer, "fragments drawn");
         static const char *const slabs[] = { "1", "4", "16", "1000" };
         for (int i = 0; i < 4; i++) {
             set_option(renderer, "slab", slabs[i]);
             draw_slices(renderer, &scene, WIDTH, HEIGHT, false, &other);
             check_at_most(largest_difference(&plain, &other), 1.0 / 255, "cull %d, slab %s", c, slabs[i]);
             if (i == 0)
-                check_at_most((double)counter(renderer, "fragments drawn"), 0.95 * (double)fragments, "cull %d: fragments", c);
+                check_at_most((double)frame_counter(renderer, "fragments drawn"), 0.95 * (double)fragments, "cull %d: fragments", c);
             pel_image_finish(&other);
         }
         set_option(renderer, "slab", "0");
@@ -250,7 +233,7 @@ static void test_what_is_culled(void **state)
     for (int c = 0; c <= CULLS; c++) {
         set_option(renderer, "cull", c == CULLS ? "none" : culls[c]);
         draw_slices(renderer, &scene, WIDTH, HEIGHT, false, &image);
-        drawn[c] = counter(renderer, "fragments drawn");
+        drawn[c] = frame_counter(renderer, "fragments drawn");
         pel_image_finish(&image);
     }
     for (int c = 0; c < CULLS; c++)
@@ -263,7 +246,7 @@ static void test_what_is_culled(void **state)
         set_option(renderer, "cull", culls[c]);
         draw_slices(renderer, &scene, WIDTH, HEIGHT, false, &image);
         if (c != 3) /* nothing is opaque */
-            assert_int_equal(counter(renderer, "fragments drawn"), 0);
+            assert_int_equal(frame_counter(renderer, "fragments drawn"), 0);
         pel_image_finish(&image);
     }
     pel_renderer_destroy(renderer);
@@ -283,26 +266,6 @@ static void make_computed(struct pel_volume *volume, const char *name, const cha
     if (!pel_dataset_make(dataset, params, volume, &error))
         fail_msg("%s", error.message);
     free(params);
-}
-
-/* Reads a file of the real data; false, loudly, where it is not there. */
-static bool read_real(struct pel_volume *volume, const char *name)
-{
-    const char *folder = getenv("PELLUCID_TEST_DATA");
-    struct pel_error error = PEL_ERROR_INIT;
-    char path[4096];
-    snprintf(path, sizeof path, "%s/%s", folder ? folder : "", name);
-    FILE *there = folder ? fopen(path, "rb") : NULL;
-    if (!there) {
-        print_message("SKIPPED: no real data: set PELLUCID_TEST_DATA to a folder with %s\n", name);
-        return false;
-    }
-    fclose(there);
-    const struct pel_read_params params = PEL_READ_PARAMS_INIT;
-    pel_volume_init(volume);
-    if (!pel_read_volume(path, &params, volume, NULL, &error))
-        fail_msg("%s", error.message);
-    return true;
 }
 
 static void make_ramp(struct pel_scene *scene, const struct pel_volume *volume, double low, double high)
@@ -442,14 +405,7 @@ static void test_homogeneous(void **state)
 
 static void expect_refusal(struct pel_renderer *renderer, const struct pel_scene *scene, const char *word)
 {
-    struct pel_error error = PEL_ERROR_INIT;
-    struct pel_image image;
-    pel_image_init(&image);
-    assert_true(pel_image_allocate(&image, 8, 8, false, NULL));
-    assert_false(pel_renderer_draw(renderer, scene, "slices3d", &image, &error));
-    if (!strstr(error.message, word))
-        fail_msg("'%s' does not say '%s'", error.message, word);
-    pel_image_finish(&image);
+    expect_refusal_by(renderer, scene, "slices3d", word);
 }
 
 static void test_refusals(void **state)

@@ -283,3 +283,62 @@ double reconstruct(const struct pel_volume *volume, const double world[3])
             }
     return sum;
 }
+
+void draw_by(struct pel_renderer *renderer, const struct pel_scene *scene, const char *technique, int width, int height, bool depth,
+             struct pel_image *image)
+{
+    struct pel_error error = PEL_ERROR_INIT;
+    pel_image_init(image);
+    if (!pel_image_allocate(image, width, height, depth, &error) || !pel_renderer_draw(renderer, scene, technique, image, &error))
+        fail_msg("%s: %s", technique, error.message);
+}
+
+void set_option_of(struct pel_renderer *renderer, const char *technique, const char *name, const char *value)
+{
+    struct pel_error error = PEL_ERROR_INIT;
+    const struct pel_option *row = pel_option_find(pel_technique_find(technique)->options, name);
+    assert_non_null(row);
+    if (!pel_option_set(row, pel_renderer_options(renderer, technique), value, &error))
+        fail_msg("%s", error.message);
+}
+
+void expect_refusal_by(struct pel_renderer *renderer, const struct pel_scene *scene, const char *technique, const char *word)
+{
+    struct pel_error error = PEL_ERROR_INIT;
+    struct pel_image image;
+    pel_image_init(&image);
+    assert_true(pel_image_allocate(&image, 16, 16, false, &error));
+    assert_false(pel_renderer_draw(renderer, scene, technique, &image, &error));
+    if (!strstr(error.message, word))
+        fail_msg("'%s' does not say '%s'", error.message, word);
+    pel_image_finish(&image);
+}
+
+uint64_t frame_counter(const struct pel_renderer *renderer, const char *name)
+{
+    const struct pel_frame_stats *stats = pel_renderer_stats(renderer);
+    for (int i = 0; i < stats->counter_count; i++)
+        if (!strcmp(stats->counters[i].name, name))
+            return stats->counters[i].value;
+    fail_msg("there is no counter %s", name);
+    return 0;
+}
+
+bool read_real(struct pel_volume *volume, const char *name)
+{
+    const char *folder = getenv("PELLUCID_TEST_DATA");
+    struct pel_error error = PEL_ERROR_INIT;
+    char path[4096];
+    snprintf(path, sizeof path, "%s/%s", folder ? folder : "", name);
+    FILE *there = folder ? fopen(path, "rb") : NULL;
+    if (!there) {
+        print_message("SKIPPED: no real data: set PELLUCID_TEST_DATA to a folder with %s\n", name);
+        return false;
+    }
+    fclose(there);
+    const struct pel_read_params params = PEL_READ_PARAMS_INIT;
+    pel_volume_init(volume);
+    if (!pel_read_volume(path, &params, volume, NULL, &error))
+        fail_msg("%s", error.message);
+    return true;
+}

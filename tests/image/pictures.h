@@ -45,6 +45,18 @@ void look_parallel(struct pel_scene *scene, const double forward[3], double dist
 void draw(const struct pel_scene *scene, const char *technique, int width, int height, struct pel_image *image);
 void draw_with(const struct pel_scene *scene, const char *technique, int threads, int width, int height, struct pel_image *image);
 
+/* The same with a renderer that is kept; `depth`: the image has one. */
+void draw_by(struct pel_renderer *renderer, const struct pel_scene *scene, const char *technique, int width, int height, bool depth,
+             struct pel_image *image);
+/* Sets a technique's option from its text. */
+void set_option_of(struct pel_renderer *renderer, const char *technique, const char *name, const char *value);
+/* The renderer must refuse the scene, with a message that has the word. */
+void expect_refusal_by(struct pel_renderer *renderer, const struct pel_scene *scene, const char *technique, const char *word);
+/* A counter of the last frame. */
+uint64_t frame_counter(const struct pel_renderer *renderer, const char *name);
+/* Reads a file of the real data; false, loudly, where it is not there. */
+bool read_real(struct pel_volume *volume, const char *name);
+
 /* The instruction sets that this machine and this build have, the narrowest first. */
 int available_isas(const char *names[3]);
 /* Draws with PELLUCID_ISA set, and sees to it that the kernels are those that were asked for. */

@@ -151,22 +151,10 @@ static void test_hydrogen(void **state)
 static void test_bonsai(void **state)
 {
     (void)state;
-    const char *folder = getenv("PELLUCID_TEST_DATA");
-    struct pel_error error = PEL_ERROR_INIT;
     struct pel_volume volume;
     struct pel_scene scene;
-    char path[4096];
-    snprintf(path, sizeof path, "%s/bonsai.nii.gz", folder ? folder : "");
-    FILE *there = folder ? fopen(path, "rb") : NULL;
-    if (!there) {
-        print_message("SKIPPED: no real data: set PELLUCID_TEST_DATA to a folder with bonsai.nii.gz\n");
+    if (!read_real(&volume, "bonsai.nii.gz"))
         skip();
-    }
-    fclose(there);
-    const struct pel_read_params params = PEL_READ_PARAMS_INIT;
-    pel_volume_init(&volume);
-    if (!pel_read_volume(path, &params, &volume, NULL, &error))
-        fail_msg("%s", error.message);
     make_full_scene(&scene, &volume, 30, 160);
     check_against_reference(&scene, "bonsai");
     pel_scene_finish(&scene);

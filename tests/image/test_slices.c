@@ -17,12 +17,8 @@ static const struct setting blended[] = {
 
 static void set_options(struct pel_renderer *renderer, const struct setting *settings)
 {
-    struct pel_error error = PEL_ERROR_INIT;
-    const struct pel_technique_info *info = pel_technique_find("slices2d");
     for (; settings->name; settings++)
-        if (!pel_option_set(pel_option_find(info->options, settings->name), pel_renderer_options(renderer, "slices2d"), settings->text,
-                            &error))
-            fail_msg("%s", error.message);
+        set_option_of(renderer, "slices2d", settings->name, settings->text);
 }
 
 static void slices(const struct pel_scene *scene, const struct setting *settings, int threads, int size, struct pel_image *image)
@@ -134,21 +130,9 @@ static void test_computed(void **state)
 static void test_bonsai(void **state)
 {
     (void)state;
-    const char *folder = getenv("PELLUCID_TEST_DATA");
-    struct pel_error error = PEL_ERROR_INIT;
     struct pel_volume volume;
-    char path[4096];
-    snprintf(path, sizeof path, "%s/bonsai.nii.gz", folder ? folder : "");
-    FILE *there = folder ? fopen(path, "rb") : NULL;
-    if (!there) {
-        print_message("SKIPPED: no real data: set PELLUCID_TEST_DATA to a folder with bonsai.nii.gz\n");
+    if (!read_real(&volume, "bonsai.nii.gz"))
         skip();
-    }
-    fclose(there);
-    const struct pel_read_params params = PEL_READ_PARAMS_INIT;
-    pel_volume_init(&volume);
-    if (!pel_read_volume(path, &params, &volume, NULL, &error))
-        fail_msg("%s", error.message);
     check_ways(&volume, "bonsai", 30, 160, 4); /* rays no farther apart than voxels: the reference does not filter */
 }
 
