@@ -4,7 +4,7 @@
  *   1 active cells (4.1)     peel_cells.c, peel_ranges.c, peel_range.glsl, peel_active.glsl,
  *                            ../gpu/histopyramid*                            when an isovalue changes
  *   2 masks (4.2)            peel_masks.c, peel_cover.glsl and the shaders of its two ways           every frame
- *   3 segments, rays (4.3)   peel.c, peel_segments.glsl, peel_cast.glsl, peel_cubic.glsl             every frame
+ *   3 segments, rays (4.3)   peel.c, peel_segments.glsl, peel_cast.glsl, cells.glsl                  every frame
  *
  * peel.c makes a frame of them; peel_technique.c has the options and says what is refused. */
 #ifndef PEL_PEEL_H
