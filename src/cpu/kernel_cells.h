@@ -294,7 +294,7 @@ PEL_INLINE bool stroll_to_span(const struct pel_job *job, struct packet *r, stru
         return false;
     vf from;
     span_steps(job, r, slab, r->slab, &from, stop);
-    vi jump = who & (from > s->t);
+    vi jump = who & (from > s->t) & (s->t < s->end);
     if (vi_any(jump))
         stroll_to(job, s, jump, from);
     return true;
