@@ -51,6 +51,13 @@ static void gather_cuts(const struct pel_brick *b, int axis, struct cuts *c)
         }
 }
 
+static inline double greatest(double x, double y, double z)
+{
+    x = fabs(x), y = fabs(y), z = fabs(z);
+    double most = x > y ? x : y;
+    return most > z ? most : z;
+}
+
 /* Places and normals, as mesh_cell.c has them. Loops without branches, for the compiler's vectors. */
 static void place_cuts(const struct pel_mesh_work *w, int axis, struct cuts *c)
 {
@@ -63,7 +70,7 @@ static void place_cuts(const struct pel_mesh_work *w, int axis, struct cuts *c)
     }
     for (int i = 0; i < c->count; i++) {
         double n[3], x = c->slopes[0][0][i], y = c->slopes[0][1][i], z = c->slopes[0][2][i];
-        double most = fmax(fmax(fabs(x), fabs(y)), fabs(z)), scale = -1 / most;
+        double scale = -1 / greatest(x, y, z);
         for (int a = 0; a < 3; a++)
             n[a] = (w->normal[a][0] * x + w->normal[a][1] * y + w->normal[a][2] * z) * scale;
         scale = 1 / sqrt(n[0] * n[0] + n[1] * n[1] + n[2] * n[2]);
@@ -78,7 +85,7 @@ static void place_cuts(const struct pel_mesh_work *w, int axis, struct cuts *c)
 static void mend_normals(const struct pel_mesh_work *w, int axis, struct cuts *c)
 {
     for (int i = 0; i < c->count; i++) {
-        double most = fmax(fmax(fabs(c->slopes[0][0][i]), fabs(c->slopes[0][1][i])), fabs(c->slopes[0][2][i])) / 2;
+        double most = greatest(c->slopes[0][0][i], c->slopes[0][1][i], c->slopes[0][2][i]) / 2;
         if (most > 0 && most <= 1e300)
             continue;
         double n[3], length = 0;
