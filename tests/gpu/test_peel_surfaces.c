@@ -199,6 +199,40 @@ static void check_real(const char *name, double isovalue)
     pel_volume_finish(&volume);
 }
 
+static double up(const double index[3])
+{
+    return index[2];
+}
+
+/* One ray a row of voxels, along them: the outermost run in the volume's faces, all of them along edges of cells. */
+static void test_rays_in_faces(void **state)
+{
+    (void)state;
+    need_device();
+    struct pel_renderer *renderer = gpu_renderer();
+    struct pel_volume volume;
+    struct pel_scene scene;
+    make_volume(&volume, 9, 9, 9, PEL_F32, up);
+    make_scene(&scene, &volume, NULL);
+    scene.render.mode = PEL_MODE_ISOSURFACE;
+    scene.isosurfaces[0] = (struct pel_isosurface){ 4.3, { 1, 1, 1 }, 1 };
+    scene.isosurface_count = 1;
+    for (int side = -1; side <= 1; side += 2)
+        for (int t = 0; t < 2; t++) {
+            struct pel_image image;
+            int seen = 0;
+            look_parallel(&scene, (double[3]){ 0, 0, -side }, 20, 4.5);
+            draw_on(renderer, &scene, t ? "raycast" : "peel", 9, &image);
+            for (int i = 0; i < 81; i++)
+                seen += image.rgba[4 * i + 3] > 0;
+            check_at_least(seen, 81, "%s: rays along rows of voxels that hit, side %d", t ? "raycast" : "peel", side);
+            pel_image_finish(&image);
+        }
+    pel_renderer_destroy(renderer);
+    pel_scene_finish(&scene);
+    pel_volume_finish(&volume);
+}
+
 static void test_real_volumes(void **state)
 {
     (void)state;
@@ -213,6 +247,6 @@ static void test_real_volumes(void **state)
 
 int main(void)
 {
-    const struct CMUnitTest tests[] = { cmocka_unit_test(test_known_surfaces), cmocka_unit_test(test_real_volumes) };
+    const struct CMUnitTest tests[] = { cmocka_unit_test(test_known_surfaces), cmocka_unit_test(test_rays_in_faces), cmocka_unit_test(test_real_volumes) };
     return cmocka_run_group_tests(tests, open_device, close_device);
 }
