@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /* Isosurfaces, exactly: rays go from voxel cell to voxel cell, each lane at its own pace. Along a ray the trilinear signal of a cell is a
- * cubic (Marmitt et al. 2004, section 3), which rises or falls alone between the cell's faces and its extrema; so no surface is missed, however
- * little of it the ray meets.
+ * cubic (Marmitt et al. 2004, section 3), which rises or falls alone between the cell's faces and its extrema; so no surface is missed,
+ * however little of it the ray meets.
  *
  * What a ray finds in a cell depends on the ray and the cell alone, whichever way it came there: places of faces along the ray are computed
  * from the face's number, and the value on a face from the face's four voxels, so that both cells beside it agree on its sign. Passing over
@@ -93,7 +93,7 @@ PEL_INLINE void stroll_on(struct stroll *s, const struct way_out *out, vi who)
 
 PEL_INLINE struct spot spot_of(const struct stroll *s)
 {
-    return (struct spot){ s->cell[0], s->cell[1], s->cell[2], vf_set(0), vf_set(0), vf_set(0) };
+    return (struct spot) { s->cell[0], s->cell[1], s->cell[2], vf_set(0), vf_set(0), vf_set(0) };
 }
 
 /* May a surface be in the cell, as its voxels say? */
@@ -144,8 +144,8 @@ PEL_INLINE void trilinear_bends(const struct trilinear *k, const vf f[3], const 
     *cube = k->xyz * dxy * d[2];
 }
 
-/* May the rays cross a surface in the cell? Between its ends, c0 + c1 u + c2 u^2 + c3 u^3 lies off their straight line by u (1 - u) (c2 + c3
- * (1 + u)), a quarter of the greater of c2 + c3 and c2 + 2 c3 at most. */
+/* May the rays cross a surface in the cell? Between its ends, c0 + c1 u + c2 u^2 + c3 u^3 lies off their straight line by u (1 - u) (c2 +
+ * c3 (1 + u)), a quarter of the greater of c2 + c3 and c2 + 2 c3 at most. */
 PEL_INLINE vi cell_may_cross(const struct pel_job *job, const struct stroll *s, const struct rows *rows, vf to)
 {
     vf corner[8], f[3], g[3], d[3], square, cube;
@@ -185,7 +185,8 @@ PEL_INLINE void cubic_along(const vf v[8], const vf f[3], const vf d[3], struct 
 {
     struct trilinear k = trilinear_of(v);
     q->c[0] = trilinear_at(&k, f);
-    q->c[1] = d[0] * (k.x + k.xy * f[1] + k.xz * f[2] + k.xyz * f[1] * f[2]) + d[1] * (k.y + k.xy * f[0] + k.yz * f[2] + k.xyz * f[0] * f[2]) +
+    q->c[1] = d[0] * (k.x + k.xy * f[1] + k.xz * f[2] + k.xyz * f[1] * f[2]) +
+              d[1] * (k.y + k.xy * f[0] + k.yz * f[2] + k.xyz * f[0] * f[2]) +
               d[2] * (k.z + k.xz * f[0] + k.yz * f[1] + k.xyz * f[0] * f[1]);
     trilinear_bends(&k, f, d, &q->c[2], &q->c[3]);
     q->least = q->most = v[0];
@@ -273,8 +274,7 @@ PEL_INLINE vi pass_over(const struct pel_job *job, const struct packet *r, struc
     vi cell[3];
     for (int a = 0; a < 3; a++)
         cell[a] = s->cell[a] >> PEL_CELL_SHIFT;
-    vi distance =
-        vi_gather(job->distance, r->map + (cell[2] << job->cell_slice_shift) + (cell[1] << job->cell_row_shift) + cell[0]) & 0xff;
+    vi distance = vi_gather(job->distance, r->map + (cell[2] << job->cell_slice_shift) + (cell[1] << job->cell_row_shift) + cell[0]) & 0xff;
     vi clear = who & (distance > 0), reach = vi_max(distance - 1, vi_set(0));
     vf exit = vf_set(1e30f);
     for (int a = 0; a < 3; a++)

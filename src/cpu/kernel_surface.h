@@ -78,7 +78,8 @@ PEL_INLINE void pending_take(const struct pel_job *job, struct pending *p, vi wh
         p->color[c] = vf_select(who, vf_select(rising, vf_set(job->iso_color[i][c]), vf_set(job->iso_color[j][c])), p->color[c]);
 }
 
-/* The roots, in steps along the rays. A piecewise cubic's are found to about 1e-5 of the bracket. Lanes whose search meets a void are none. */
+/* The roots, in steps along the rays. A piecewise cubic's are found to about 1e-5 of the bracket. Lanes whose search meets a void are none.
+ */
 PEL_INLINE vf find_roots(const struct pel_job *job, const struct packet *r, struct pending *p)
 {
     struct bracket *k = &p->bracket;

@@ -2,7 +2,7 @@
 /* A packet of W rays, one a lane, through a block of neighbouring pixels: where each enters and leaves, and how to pass over what cannot be
  * seen.
  *
- * The rays of a packet go in step: sample k of every lane is taken together. Neighbouring pixels meet the same cells at nearly the same k,
+ * The rays of a packet go in step (but from cell to cell, kernel_cells.h): sample k of every lane is taken together. Neighbouring pixels meet the same cells at nearly the same k,
  * so few lanes idle, and every gather falls into few cache lines. A lane's samples depend on nothing but its own pixel. */
 #ifndef PEL_CPU_PACKET_H
 #define PEL_CPU_PACKET_H

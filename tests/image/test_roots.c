@@ -9,7 +9,8 @@ static double offset, scale; /* so that types of whole numbers have the same sur
 /* Sheets and threads a voxel thick at most, at any angle, on a smooth ground. */
 static double threads(const double index[3])
 {
-    double sheet = index[0] + 0.37 * index[1] - 0.61 * index[2] - 3.3, u = index[1] - 0.4 * index[0] - 12.2, w = index[2] + 0.3 * index[0] - 19.7;
+    double sheet = index[0] + 0.37 * index[1] - 0.61 * index[2] - 3.3, u = index[1] - 0.4 * index[0] - 12.2,
+           w = index[2] + 0.3 * index[0] - 19.7;
     double value = fmax(1.1 - fabs(sheet), 1.2 - sqrt(u * u + w * w)) + 0.05 * sin(index[0] * 0.7);
     return offset + scale * fmax(value, -1.5);
 }
@@ -37,11 +38,11 @@ static void test_step_does_not_matter(void **state)
             char what[64];
             offset = cases[t].offset, scale = cases[t].scale;
             make_volume(&volume, 30, 26, 28, cases[t].type, threads);
-            memcpy(volume.spacing, (double[3]){ 1, 1.4, 0.7 }, sizeof volume.spacing);
+            memcpy(volume.spacing, (double[3]) { 1, 1.4, 0.7 }, sizeof volume.spacing);
             make_scene(&scene, &volume, NULL);
             scene.render.mode = PEL_MODE_ISOSURFACE;
-            scene.isosurfaces[0] = (struct pel_isosurface){ offset + 0.806 * scale, { 1, 0.8, 0.6 }, view & 1 ? 0.4 : 1 };
-            scene.isosurfaces[1] = (struct pel_isosurface){ offset + 0.946 * scale, { 0.3, 0.5, 1 }, 0.6 };
+            scene.isosurfaces[0] = (struct pel_isosurface) { offset + 0.806 * scale, { 1, 0.8, 0.6 }, view & 1 ? 0.4 : 1 };
+            scene.isosurfaces[1] = (struct pel_isosurface) { offset + 0.946 * scale, { 0.3, 0.5, 1 }, 0.6 };
             scene.isosurface_count = 1 + (view & 1);
             scene.camera.parallel = view & 2;
             pel_camera_azimuth(&scene.camera, 40 + 70 * view);
@@ -78,7 +79,7 @@ static void test_rays_in_faces(void **state)
     make_volume(&volume, 9, 9, 9, PEL_F32, up);
     make_scene(&scene, &volume, NULL);
     scene.render.mode = PEL_MODE_ISOSURFACE;
-    scene.isosurfaces[0] = (struct pel_isosurface){ 4.3, { 1, 1, 1 }, 1 };
+    scene.isosurfaces[0] = (struct pel_isosurface) { 4.3, { 1, 1, 1 }, 1 };
     scene.isosurface_count = 1;
     scene.camera.parallel = true;
     scene.camera.parallel_scale = 4.5; /* pixels as large as voxels */
@@ -86,9 +87,9 @@ static void test_rays_in_faces(void **state)
         for (int t = 0; techniques[t]; t++) {
             struct pel_image image;
             int seen = 0;
-            memcpy(scene.camera.focal_point, (double[3]){ 4, 4, 4 }, sizeof scene.camera.focal_point);
-            memcpy(scene.camera.position, (double[3]){ 4, 4, 4 + side * 20 }, sizeof scene.camera.position);
-            memcpy(scene.camera.view_up, (double[3]){ 0, 1, 0 }, sizeof scene.camera.view_up);
+            memcpy(scene.camera.focal_point, (double[3]) { 4, 4, 4 }, sizeof scene.camera.focal_point);
+            memcpy(scene.camera.position, (double[3]) { 4, 4, 4 + side * 20 }, sizeof scene.camera.position);
+            memcpy(scene.camera.view_up, (double[3]) { 0, 1, 0 }, sizeof scene.camera.view_up);
             draw(&scene, techniques[t], 9, 9, &image);
             for (int i = 0; i < 81; i++)
                 seen += fabs(image.depth[i] - (20 - side * 0.3)) < 1e-3;

@@ -34,15 +34,24 @@ static void load_numbers(struct pel_brick *b, const struct reads *r)
 {
     const struct pel_volume *v = b->work->volume;
     switch (v->type) {
-    case PEL_U8: LOAD_NUMBERS(unsigned char);
-    case PEL_I8: LOAD_NUMBERS(signed char);
-    case PEL_U16: LOAD_NUMBERS(unsigned short);
-    case PEL_I16: LOAD_NUMBERS(short);
-    case PEL_U32: LOAD_NUMBERS(unsigned);
-    case PEL_I32: LOAD_NUMBERS(int);
-    case PEL_F32: LOAD_NUMBERS(float);
-    case PEL_F64: LOAD_NUMBERS(double);
-    case PEL_TYPE_COUNT: break;
+    case PEL_U8:
+        LOAD_NUMBERS(unsigned char);
+    case PEL_I8:
+        LOAD_NUMBERS(signed char);
+    case PEL_U16:
+        LOAD_NUMBERS(unsigned short);
+    case PEL_I16:
+        LOAD_NUMBERS(short);
+    case PEL_U32:
+        LOAD_NUMBERS(unsigned);
+    case PEL_I32:
+        LOAD_NUMBERS(int);
+    case PEL_F32:
+        LOAD_NUMBERS(float);
+    case PEL_F64:
+        LOAD_NUMBERS(double);
+    case PEL_TYPE_COUNT:
+        break;
     }
 }
 

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
-/* The plain triangles of marching cubes in a brick without voids, row by row, as flying edges goes (Schroeder, Maynard and Geveci 2015): first
- * all edges that are cut get their vertices, which bits of whole rows tell; then cells are looked up and their triangles written. It makes
- * what mesh_cell.c makes, and leaves to it the few cells that have a vertex in their middle. */
+/* The plain triangles of marching cubes in a brick without voids, row by row, as flying edges goes (Schroeder, Maynard and Geveci 2015):
+ * first all edges that are cut get their vertices, which bits of whole rows tell; then cells are looked up and their triangles written. It
+ * makes what mesh_cell.c makes, and leaves to it the few cells that have a vertex in their middle. */
 #include <math.h>
 #include <string.h>
 
@@ -76,7 +76,8 @@ static void place_cuts(const struct pel_mesh_work *w, int axis, struct cuts *c)
         scale = 1 / sqrt(n[0] * n[0] + n[1] * n[1] + n[2] * n[2]);
         for (int a = 0; a < 3; a++) {
             c->normals[i][a] = (float)(n[a] * scale);
-            c->positions[i][a] = (float)(w->to_world[a][0] * c->index[0][i] + w->to_world[a][1] * c->index[1][i] + w->to_world[a][2] * c->index[2][i]);
+            c->positions[i][a] =
+                (float)(w->to_world[a][0] * c->index[0][i] + w->to_world[a][1] * c->index[1][i] + w->to_world[a][2] * c->index[2][i]);
         }
     }
 }
@@ -108,7 +109,8 @@ static bool make_vertices(struct pel_brick *b)
         place_cuts(b->work, axis, &cuts);
         mend_normals(b->work, axis, &cuts);
         uint32_t first;
-        if (!pel_mesh_add_vertices(b->slab, (const float(*)[3])cuts.positions, (const float(*)[3])cuts.normals, (size_t)cuts.count, &first, b->error))
+        if (!pel_mesh_add_vertices(b->slab, (const float(*)[3])cuts.positions, (const float(*)[3])cuts.normals, (size_t)cuts.count, &first,
+                                   b->error))
             return false;
         for (int i = 0; i < cuts.count; i++)
             *cuts.slots[i] = first + (uint32_t)i;

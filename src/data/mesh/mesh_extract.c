@@ -27,8 +27,8 @@ struct extraction {
     struct pel_mesh_work work;
     struct pel_mesh *mesh;
     struct item *items;
-    size_t count, begun; /* items; those of rounds before */
-    size_t round;        /* items that are made at once */
+    size_t count, begun;               /* items; those of rounds before */
+    size_t round;                      /* items that are made at once */
     size_t vertex_room, triangle_room; /* of the mesh */
     char *scratch;
     size_t scratch_size; /* a thread */
