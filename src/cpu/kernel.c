@@ -2,9 +2,9 @@
 /* The ray-casting kernels. Compiled once for each instruction set (PEL_ISA) and kind of voxel (PEL_KIND); each compilation exports one
  * table.
  *
- * Every loop but that from cell to cell (kernel_cells.h) has the same shape: at sample k, look whether the packet may jump (the cells around hold nothing that can be seen); else
- * sample all lanes, classify, stop early where nothing is visible, colour and composite. Samples in empty cells that are taken because a
- * neighbour lane needs its own add exactly nothing, so the skipping never changes a byte. */
+ * Every loop but that from cell to cell (kernel_cells.h) has the same shape: at sample k, look whether the packet may jump (the cells around
+ * hold nothing that can be seen); else sample all lanes, classify, stop early where nothing is visible, colour and composite. Samples in
+ * empty cells that are taken because a neighbour lane needs its own add exactly nothing, so the skipping never changes a byte. */
 #define PEL_KIND_U8 0
 #define PEL_KIND_U16 1
 #define PEL_KIND_F32 2
