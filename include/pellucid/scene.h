@@ -37,6 +37,12 @@ enum pel_reconstruction {
     PEL_RECONSTRUCTION_NEAREST,
 };
 
+/* How mode isosurface finds surfaces along a ray. */
+enum pel_roots {
+    PEL_ROOTS_CUBIC, /* exactly: in each cell of eight voxels the signal is a cubic, whose roots are found between its extrema */
+    PEL_ROOTS_STEPS, /* where two samples, a step apart, lie on different sides of the isovalue: misses what lies between them */
+};
+
 /* The optics: how values become light. */
 struct pel_render_settings {
     enum pel_mode mode;
@@ -47,6 +53,7 @@ struct pel_render_settings {
     bool skip;          /* pass over what cannot be seen; never changes a byte of the picture */
     enum pel_classification classification;
     enum pel_reconstruction reconstruction;
+    enum pel_roots roots; /* techniques that cast rays; slices and triangles have their own ways */
     bool shade;         /* gradient Blinn-Phong in composite mode; isosurfaces are always shaded */
     double ambient, diffuse, specular, specular_power;
     bool invert;        /* X-ray: bright where it absorbs, as a radiograph shows it */

@@ -95,6 +95,12 @@ PEL_INLINE void fetch_row(const struct pel_job *job, const struct spot *s, struc
     r->word[i] = row_word(job, s, r, offset);
 }
 
+/* Voxels x and x + 1 of a row, two 16-bit numbers a lane. */
+PEL_INLINE vi pair_words(const struct rows *r, int i)
+{
+    return vi_byte_pair(r->word[i], 1);
+}
+
 /* A row's value at x. */
 PEL_INLINE vf middle_lerp(const struct spot *s, const struct rows *r, int i)
 {
@@ -127,6 +133,11 @@ PEL_INLINE vf fetch_voxel(const struct pel_job *job, vi x, vi y, vi z)
 PEL_INLINE void fetch_row(const struct pel_job *job, const struct spot *s, struct rows *r, int i, vi offset)
 {
     r->word[i] = vi_gather2(job->data, s->x + offset) ^ job->flip;
+}
+
+PEL_INLINE vi pair_words(const struct rows *r, int i)
+{
+    return r->word[i];
 }
 
 PEL_INLINE vf middle_lerp(const struct spot *s, const struct rows *r, int i)
@@ -209,6 +220,19 @@ PEL_INLINE vf outer_lerp(const struct pel_job *job, const struct spot *s, const 
 
 #endif
 
+/* Voxels x and x + 1 of a row. */
+PEL_INLINE void pair_floats(const struct rows *r, int i, vf pair[2])
+{
+#if PEL_KIND == PEL_KIND_U8 || PEL_KIND == PEL_KIND_U16
+    vi words = pair_words(r, i);
+    pair[0] = vi_to_vf((words << 16) >> 16) * 16384.0f;
+    pair[1] = vi_to_vf(words >> 16) * 16384.0f;
+#else
+    pair[0] = r->left[i];
+    pair[1] = r->right[i];
+#endif
+}
+
 PEL_INLINE void fetch_rows(const struct pel_job *job, const struct spot *s, struct rows *r)
 {
     r->y[1] = s->y * job->row, r->y[2] = r->y[1] + job->row;
@@ -221,6 +245,34 @@ PEL_INLINE void fetch_rows(const struct pel_job *job, const struct spot *s, stru
 PEL_INLINE vf rows_value(const struct spot *s, const struct rows *r)
 {
     return bilerp(middle_lerp(s, r, 0), middle_lerp(s, r, 1), middle_lerp(s, r, 2), middle_lerp(s, r, 3), s->fy, s->fz);
+}
+
+/* The eight voxels of the cell, x fastest. */
+PEL_INLINE void rows_corners(const struct rows *r, vf corner[8])
+{
+    for (int i = 0; i < 4; i++)
+        pair_floats(r, i, corner + 2 * i);
+}
+
+/* The least and the greatest of them. */
+PEL_INLINE void rows_range(const struct rows *r, vf *least, vf *most)
+{
+#if PEL_KIND == PEL_KIND_U8 || PEL_KIND == PEL_KIND_U16
+    vi low = pair_words(r, 0), high = low; /* two voxels a lane */
+    for (int i = 1; i < 4; i++) {
+        low = vi_min16(low, pair_words(r, i));
+        high = vi_max16(high, pair_words(r, i));
+    }
+    *least = vi_to_vf(vi_min((low << 16) >> 16, low >> 16)) * 16384.0f;
+    *most = vi_to_vf(vi_max((high << 16) >> 16, high >> 16)) * 16384.0f;
+#else
+    *least = vf_min(r->left[0], r->right[0]);
+    *most = vf_max(r->left[0], r->right[0]);
+    for (int i = 1; i < 4; i++) {
+        *least = vf_min(*least, vf_min(r->left[i], r->right[i]));
+        *most = vf_max(*most, vf_max(r->left[i], r->right[i]));
+    }
+#endif
 }
 
 /* Central differences at the cell's corners, interpolated: twice the gradient. */

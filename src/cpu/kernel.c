@@ -2,14 +2,15 @@
 /* The ray-casting kernels. Compiled once for each instruction set (PEL_ISA) and kind of voxel (PEL_KIND); each compilation exports one
  * table.
  *
- * Every loop has the same shape: at sample k, look whether the packet may jump (the cells around hold nothing that can be seen); else
- * sample all lanes, classify, stop early where nothing is visible, colour and composite. Samples in empty cells that are taken because a
- * neighbour lane needs its own add exactly nothing, so the skipping never changes a byte. */
+ * Every loop but that from cell to cell (kernel_cells.h) has the same shape: at sample k, look whether the packet may jump (the cells around
+ * hold nothing that can be seen); else sample all lanes, classify, stop early where nothing is visible, colour and composite. Samples in
+ * empty cells that are taken because a neighbour lane needs its own add exactly nothing, so the skipping never changes a byte. */
 #define PEL_KIND_U8 0
 #define PEL_KIND_U16 1
 #define PEL_KIND_F32 2
 #define PEL_KIND_WIDE 3
 
+#include "kernel_cells.h"
 #include "kernel_composite.h"
 #include "kernel_patches.h"
 #include "kernel_projection.h"
@@ -43,7 +44,8 @@ TILE(tile_composite_shaded, composite(job, &r, true, false, counts), true)
 TILE(tile_composite_general, composite(job, &r, job->shade, true, counts), true)
 TILE(tile_preintegrated, preintegrated(job, &r, counts), true)
 TILE(tile_projection, projection(job, &r, counts), job->mode == PEL_MODE_XRAY)
-TILE(tile_isosurface, isosurface(job, &r, counts), true)
+TILE(tile_isosurface, isosurface_cells(job, &r, counts), true)
+TILE(tile_isosurface_steps, isosurface_steps(job, &r, counts), true)
 TILE(tile_slice, slice(job, &r, counts), false)
 
 #define SHEAR_BAND(NAME, SHADED)                                                                                                          \
@@ -61,7 +63,8 @@ SHEAR_BAND(band_shaded, true)
 extern const struct pel_kernels PEL_KERNELS;
 const struct pel_kernels PEL_KERNELS = {
     project_surface,    tile_composite,  tile_composite_shaded, tile_composite_general,
-    tile_preintegrated, tile_projection, tile_isosurface,       tile_slice,
+    tile_preintegrated, tile_projection, tile_isosurface,       tile_isosurface_steps,
+    tile_slice,
     band_composite,     band_shaded,     patch_slab,            turn_cells,
     warp_row,
 };

@@ -101,6 +101,7 @@ struct pel_job {
     float least_raw, most_raw; /* of the whole volume */
 
     /* Isosurfaces, by rising value, raw. */
+    enum pel_roots roots;
     int iso_count;
     float iso_margin; /* raw: what rounding may move a reconstructed value by */
     float iso[PEL_MAX_ISOSURFACES], iso_color[PEL_MAX_ISOSURFACES][3], iso_opacity[PEL_MAX_ISOSURFACES];
@@ -165,7 +166,7 @@ typedef void (*pel_warp_kernel)(const struct pel_job *job, const struct pel_shea
 /* One instruction set's kernels, by kind. */
 struct pel_kernels {
     pel_project_surface project_surface;
-    pel_kernel composite, composite_shaded, composite_general, preintegrated, projection, isosurface, slice;
+    pel_kernel composite, composite_shaded, composite_general, preintegrated, projection, isosurface, isosurface_steps, slice;
     pel_shear_kernel shear, shear_shaded;
     pel_patch_kernel patches;
     pel_turn_kernel turn;

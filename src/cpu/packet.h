@@ -2,7 +2,7 @@
 /* A packet of W rays, one a lane, through a block of neighbouring pixels: where each enters and leaves, and how to pass over what cannot be
  * seen.
  *
- * The rays of a packet go in step: sample k of every lane is taken together. Neighbouring pixels meet the same cells at nearly the same k,
+ * The rays of a packet go in step (but from cell to cell, kernel_cells.h): sample k of every lane is taken together. Neighbouring pixels meet the same cells at nearly the same k,
  * so few lanes idle, and every gather falls into few cache lines. A lane's samples depend on nothing but its own pixel. */
 #ifndef PEL_CPU_PACKET_H
 #define PEL_CPU_PACKET_H
@@ -199,6 +199,24 @@ PEL_INLINE int packet_look(const struct pel_job *job, const struct packet *r, co
     return k - 1;
 }
 
+/* Where the slabs from `first` up to `last` are, in steps from the entry. */
+PEL_INLINE void span_steps(const struct pel_job *job, const struct packet *r, int first, int last, vf *from, vf *to)
+{
+    vf inverse = 1 / vf_select(r->n > 0, r->s_step, vf_set(1));
+    *from = ((float)(job->span_lo + first / job->span_scale) - r->s_entry) * inverse;
+    *to = ((float)(job->span_lo + last / job->span_scale) - r->s_entry) * inverse;
+    *from = vf_max(vf_min(*from - 0.05f, vf_set(1e9f)), vf_set(0)); /* a margin for rounding, in steps */
+    *to = vf_max(vf_min(*to + 0.05f, vf_set(1e9f)), vf_set(0));
+}
+
+/* A slab that the rays reach before any of these places, in steps from the entry. */
+PEL_INLINE int slab_before(const struct pel_job *job, const struct packet *r, vi who, vf at)
+{
+    vf slab = (r->s_entry + (at - 0.1f) * r->s_step - (float)job->span_lo) * (float)job->span_scale - 1;
+    slab = vf_max(vf_min(slab, vf_set(PEL_SPAN_SLABS)), vf_set(0));
+    return vi_least(vi_select(who, vf_to_vi(slab), vi_set(PEL_SPAN_SLABS)));
+}
+
 /* The next stretch of samples in which something may be seen, from k on: gives its first sample and sets *end behind its last, or INT32_MAX
  * where there is none. */
 PEL_INLINE int packet_next_span(const struct pel_job *job, struct packet *r, int k, int *end)
@@ -207,12 +225,9 @@ PEL_INLINE int packet_next_span(const struct pel_job *job, struct packet *r, int
     r->slab = last;
     if (first >= PEL_SPAN_SLABS)
         return INT32_MAX;
+    vf from, to;
     vi hit = r->n > 0;
-    vf from = (float)(job->span_lo + first / job->span_scale) - r->s_entry,
-       to = (float)(job->span_lo + last / job->span_scale) - r->s_entry;
-    vf inverse = 1 / vf_select(hit, r->s_step, vf_set(1));
-    from = vf_max(vf_min(from * inverse - 0.05f, vf_set(1e9f)), vf_set(0)); /* a margin for rounding, in steps */
-    to = vf_max(vf_min(to * inverse + 0.05f, vf_set(1e9f)), vf_set(0));
+    span_steps(job, r, first, last, &from, &to);
     *end = vi_most(vi_select(hit, vf_to_vi(to), vi_set(0))) + 1;
     int start = vi_least(vi_select(hit, vf_to_vi(from), vi_set(INT32_MAX)));
     return start > k ? start : k;

@@ -85,7 +85,7 @@ static pel_kernel choose_kernel(const struct pel_raycaster *rc)
             return k->composite_general;
         return job->shade ? k->composite_shaded : k->composite;
     case PEL_MODE_ISOSURFACE:
-        return k->isosurface;
+        return job->roots == PEL_ROOTS_CUBIC ? k->isosurface : k->isosurface_steps;
     case PEL_MODE_SLICE:
         return k->slice;
     default:

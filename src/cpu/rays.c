@@ -134,6 +134,7 @@ static void settings(struct pel_job *job, const struct pel_scene *scene)
     job->classification = s->classification;
     job->nearest = s->mode != PEL_MODE_ISOSURFACE && (s->reconstruction == PEL_RECONSTRUCTION_NEAREST ||
                                                       (s->reconstruction == PEL_RECONSTRUCTION_AUTO && scene->volume->labels));
+    job->roots = s->roots;
     job->shade = s->shade;
     job->invert = s->invert;
     job->termination = s->termination < 1 ? (float)s->termination : 2; /* 2 is never reached */
@@ -152,8 +153,8 @@ static void settings(struct pel_job *job, const struct pel_scene *scene)
     for (int a = 0; a < 3; a++)
         longest = fmax(longest, job->step / scene->volume->spacing[a]);
     /* Values at segment ends tell of the segment only where the two ends' cells touch. */
-    job->skip = s->skip && !(longest > PEL_CELL_SIZE * 0.5 &&
-                             (s->mode == PEL_MODE_ISOSURFACE || s->classification == PEL_CLASSIFICATION_PREINTEGRATED));
+    job->skip = s->skip && !(longest > PEL_CELL_SIZE * 0.5 && ((s->mode == PEL_MODE_ISOSURFACE && s->roots == PEL_ROOTS_STEPS) ||
+                                                               s->classification == PEL_CLASSIFICATION_PREINTEGRATED));
 }
 
 /* Octants of directions (distance_map.h) into which rays go. A component of the direction is linear over the picture, so its signs are

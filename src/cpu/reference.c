@@ -273,38 +273,52 @@ static bool find_root(const struct reference *r, struct ray *ray, double t0, dou
     return true;
 }
 
-/* The crossings of one segment, f and g being the values at its ends, in the order of the ray. */
-static void draw_crossings(const struct reference *r, struct ray *ray, const struct segment *s, double f, double g, struct pixel *pixel)
-{
+/* Where surfaces are met, in the order of the ray. */
+struct crossings {
+    int count;
     struct {
         double t;
         const struct pel_isosurface *surface;
-    } crossings[PEL_MAX_ISOSURFACES];
-    int count = 0;
-    for (int i = 0; i < r->scene->isosurface_count; i++) {
-        const struct pel_isosurface *surface = &r->scene->isosurfaces[i];
-        double t;
-        if ((f < surface->value) == (g < surface->value) || !find_root(r, ray, s->t0, s->t1, f < surface->value, surface->value, &t))
-            continue;
-        int at = count++;
-        for (; at > 0 && crossings[at - 1].t > t; at--)
-            crossings[at] = crossings[at - 1];
-        crossings[at].t = t;
-        crossings[at].surface = surface;
-    }
-    for (int i = 0; i < count; i++) {
+    } of[3 * PEL_MAX_ISOSURFACES];
+};
+
+static void add_crossing(struct crossings *all, double t, const struct pel_isosurface *surface)
+{
+    int at = all->count++;
+    for (; at > 0 && all->of[at - 1].t > t; at--)
+        all->of[at] = all->of[at - 1];
+    all->of[at].t = t;
+    all->of[at].surface = surface;
+}
+
+static void show_crossings(const struct reference *r, const struct ray *ray, const struct crossings *all, struct pixel *pixel)
+{
+    for (int i = 0; i < all->count; i++) {
         double rgb[3];
         for (int c = 0; c < 3; c++) {
-            double display = crossings[i].surface->color[c];
+            double display = all->of[i].surface->color[c];
             rgb[c] = r->scene->linear_light ? pel_reference_decode(display) : display;
         }
-        shade(r, ray, crossings[i].t, rgb);
-        put_behind(pixel, crossings[i].surface->opacity, rgb);
-        pixel->depth = fmin(pixel->depth, crossings[i].t);
+        shade(r, ray, all->of[i].t, rgb);
+        put_behind(pixel, all->of[i].surface->opacity, rgb);
+        pixel->depth = fmin(pixel->depth, all->of[i].t);
     }
 }
 
-static void draw_isosurfaces(const struct reference *r, struct ray *ray, struct pixel *pixel)
+/* The crossings of one segment, f and g being the values at its ends. */
+static void draw_crossings(const struct reference *r, struct ray *ray, const struct segment *s, double f, double g, struct pixel *pixel)
+{
+    struct crossings all = { .count = 0 };
+    for (int i = 0; i < r->scene->isosurface_count; i++) {
+        const struct pel_isosurface *surface = &r->scene->isosurfaces[i];
+        double t;
+        if ((f < surface->value) != (g < surface->value) && find_root(r, ray, s->t0, s->t1, f < surface->value, surface->value, &t))
+            add_crossing(&all, t, surface);
+    }
+    show_crossings(r, ray, &all, pixel);
+}
+
+static void draw_isosurfaces_by_steps(const struct reference *r, struct ray *ray, struct pixel *pixel)
 {
     double f, g;
     bool has_f = value_at(r, ray, ray->a, &f);
@@ -315,6 +329,58 @@ static void draw_isosurfaces(const struct reference *r, struct ray *ray, struct 
             draw_crossings(r, ray, &s, f, g, pixel);
         f = g;
         has_f = has_g;
+    }
+}
+
+/* Where the ray comes to its next cell of eight voxels, after t. */
+static double next_face(const struct ray *ray, double t)
+{
+    double next = ray->b;
+    for (int axis = 0; axis < 3; axis++) {
+        double d = ray->index_direction[axis], at = ray->index_origin[axis] + t * d, face = d > 0 ? floor(at) : ceil(at), met = t;
+        while (d != 0 && met <= t) {
+            face += d > 0 ? 1 : -1;
+            met = (face - ray->index_origin[axis]) / d;
+        }
+        if (d != 0)
+            next = fmin(next, met);
+    }
+    return next;
+}
+
+/* The way through a cell, from t0 to t1; false where it is void. `f` is the value at t0, and becomes that at t1. */
+static bool draw_cell(const struct reference *r, struct ray *ray, double t0, double t1, bool has_f, double *f, struct pixel *pixel)
+{
+    struct crossings all = { .count = 0 };
+    double s[4], ends[2], roots[3];
+    for (int i = 0; i < 4; i++) /* inside the cell, so that nothing beside it is read */
+        if (!value_at(r, ray, t0 + (t1 - t0) * (i + 0.5) / 4, &s[i]))
+            return false;
+    ends[0] = has_f ? *f : NAN;
+    if (!value_at(r, ray, t1, &ends[1])) /* in a void cell already */
+        ends[1] = NAN;
+    *f = ends[1];
+    for (int i = 0; i < r->scene->isosurface_count; i++) {
+        const struct pel_isosurface *surface = &r->scene->isosurfaces[i];
+        int count = pel_reference_roots(s, ends, surface->value, roots);
+        for (int j = 0; j < count; j++)
+            add_crossing(&all, t0 + (t1 - t0) * roots[j], surface);
+    }
+    show_crossings(r, ray, &all, pixel);
+    return true;
+}
+
+static void draw_isosurfaces(const struct reference *r, struct ray *ray, struct pixel *pixel)
+{
+    bool has_f = false;
+    double f = 0;
+    if (r->scene->render.roots == PEL_ROOTS_STEPS) {
+        draw_isosurfaces_by_steps(r, ray, pixel);
+        return;
+    }
+    for (double t = ray->a, next; t < ray->b; t = next) {
+        next = next_face(ray, t);
+        has_f = draw_cell(r, ray, t, next, has_f, &f, pixel);
     }
 }
 

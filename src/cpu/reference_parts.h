@@ -35,6 +35,10 @@ bool pel_reference_classify_pre(const struct pel_reference_signal *signal, const
 /* "Gradient": its unit world vector; false where there is none. */
 bool pel_reference_normal(const struct pel_reference_signal *signal, const double index[3], double normal[3]);
 
+/* "Modes", isosurface: where the cubic whose values are s at 1/8, 3/8, 5/8 and 7/8 of the way through a cell, and `ends` at 0 and 1 (NaN:
+ * its own), meets the isovalue: between 0 and 1, in order. Gives the number of roots. */
+int pel_reference_roots(const double s[4], const double ends[2], double isovalue, double roots[3]);
+
 /* "Opacity": tau of an opacity a unit distance. */
 double pel_reference_extinction(double opacity, double unit_distance);
 

@@ -298,6 +298,33 @@ PEL_INLINE vi vi_madd16(vi a, vi b)
 #endif
 }
 
+/* Each lane as two signed 16-bit numbers: the lesser, the greater of each. */
+PEL_INLINE vi vi_min16(vi a, vi b)
+{
+#if PEL_AVX512
+    return (vi)_mm512_min_epi16((__m512i)a, (__m512i)b);
+#elif PEL_AVX2
+    return (vi)_mm256_min_epi16((__m256i)a, (__m256i)b);
+#elif defined(__SSE2__)
+    return (vi)_mm_min_epi16((__m128i)a, (__m128i)b);
+#else
+    return (vi_min((a << 16) >> 16, (b << 16) >> 16) & 0xffff) | (vi_min(a >> 16, b >> 16) << 16);
+#endif
+}
+
+PEL_INLINE vi vi_max16(vi a, vi b)
+{
+#if PEL_AVX512
+    return (vi)_mm512_max_epi16((__m512i)a, (__m512i)b);
+#elif PEL_AVX2
+    return (vi)_mm256_max_epi16((__m256i)a, (__m256i)b);
+#elif defined(__SSE2__)
+    return (vi)_mm_max_epi16((__m128i)a, (__m128i)b);
+#else
+    return (vi_max((a << 16) >> 16, (b << 16) >> 16) & 0xffff) | (vi_max(a >> 16, b >> 16) << 16);
+#endif
+}
+
 /* Bytes i and i + 1 of each lane, unsigned, as its two 16-bit numbers; i is a constant 0 to 2. */
 PEL_INLINE vi vi_byte_pair(vi a, int i)
 {
@@ -333,6 +360,21 @@ PEL_INLINE vf vf_rsqrt(vf a)
         r[i] = 1 / sqrtf(a[i]);
 #endif
     return r * (1.5f - 0.5f * a * r * r);
+}
+
+PEL_INLINE vf vf_sqrt(vf a)
+{
+#if PEL_AVX512
+    return (vf)_mm512_sqrt_ps((__m512)a);
+#elif PEL_AVX2
+    return (vf)_mm256_sqrt_ps((__m256)a);
+#elif defined(__SSE2__)
+    return (vf)_mm_sqrt_ps((__m128)a);
+#else
+    for (int i = 0; i < W; i++)
+        a[i] = __builtin_sqrtf(a[i]);
+    return a;
+#endif
 }
 
 /* Natural exponential for x <= 0 (to a few units in the last place; below -87 it is 0), by 2^n times a polynomial on [-ln2/2, ln2/2]. */

@@ -10,6 +10,7 @@
 
 static const char *const modes[] = { "composite", "mip", "minip", "average", "xray", "isosurface", "slice", NULL };
 static const char *const classifications[] = { "post", "pre", "preintegrated", NULL };
+static const char *const roots[] = { "cubic", "steps", NULL };
 static const char *const reconstructions[] = { "auto", "linear", "nearest", NULL };
 
 #define AT(field) offsetof(struct pel_render_settings, field)
@@ -33,6 +34,10 @@ const struct pel_option pel_render_options[] = {
       PEL_OPTION_CHOICE, AT(classification), 0, 0, "post", classifications, NULL },
     { "reconstruction", "Reconstruction", "How values between voxels are found; auto is nearest for labels and linear for everything else",
       PEL_OPTION_CHOICE, AT(reconstruction), 0, 0, "auto", reconstructions, NULL },
+    { "roots", "Roots",
+      "How rays find isosurfaces: exactly, cell by cell, as the roots of a cubic; or by steps, which miss what lies between two of them. "
+      "Slices and triangles have their own ways",
+      PEL_OPTION_CHOICE, AT(roots), 0, 0, "cubic", roots, NULL },
     { "shade", "Shading", "Light the composite by the gradient of the values; isosurfaces are always lit", PEL_OPTION_BOOL, AT(shade), 0, 1,
       "true", NULL, NULL },
     { "ambient", "Ambient", "Light that reaches everything", PEL_OPTION_DOUBLE, AT(ambient), 0, 10, "0.3", NULL, NULL },

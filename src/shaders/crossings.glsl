@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Isosurfaces by uniform steps: crossings between the ends of segments, in the order of the ray; the root by regula falsi (Illinois) on the reconstructed signal, or by FIND_ROOT.
+// Isosurfaces by uniform steps: crossings between the ends of segments, in the order of the ray; the root by regula falsi on the reconstructed signal, or by FIND_ROOT.
+#include "root.glsl"
 #include "segments.glsl"
 #include "surface.glsl"
 
@@ -10,24 +11,14 @@ vec2 ends; // of the segment
 // Root of value = iso in [a, b] (steps), between f and g on different sides. NaN: the search met a void.
 float find_root(const Ray r, float iso, float a, float f, float b, float g)
 {
-    f -= iso;
-    g -= iso;
+    Bracket k = Bracket(a, b, f - iso, g - iso);
     for (int i = 0; i < 6; i++) {
-        float root = clamp(a + (b - a) * (f / (f == g ? 1.0 : f - g)), a, b);
-        float h = linear(r.o + root * r.d) - iso;
+        float root = bracket_guess(k), h = linear(r.o + root * r.d) - iso;
         if (isnan(h))
             return h;
-        if ((h < 0.0) == (f < 0.0)) { // the root lies behind
-            a = root;
-            f = h;
-            g *= 0.5;
-        } else {
-            b = root;
-            g = h;
-            f *= 0.5;
-        }
+        bracket_narrow(k, root, h);
     }
-    return clamp(a + (b - a) * (f / (f == g ? 1.0 : f - g)), a, b);
+    return bracket_guess(k);
 }
 #endif
 

@@ -21,26 +21,11 @@ layout(rgba32f, binding = 0) writeonly uniform image2D picture;
 layout(r32f, binding = 1) writeonly uniform image2D depth;
 #endif
 
-#ifdef BRICKS
-#define FIRST_CELL job.first_cell.xyz
-#else
-#define FIRST_CELL ivec3(0)
-#endif
-
 #include "display.glsl"
 
-// Distances in cells to the nearest cell that may be seen: a map for each octant of directions, the eight side by side as the octants are (distance.glsl).
-layout(binding = 1) uniform usampler3D distances;
+#include "distances.glsl"
 
 #ifndef PLACED
-// Steps to where the ray leaves the cube of cells from `cell - reach` to `cell + reach`, `size` voxels each.
-float cube_exit(const Ray r, ivec3 cell, int reach, float size)
-{
-    vec3 side = mix(vec3(reach + 1), vec3(-reach), lessThan(r.inverse, vec3(0.0)));
-    vec3 exits = ((vec3(cell) + side) * size - r.o) * r.inverse;
-    return min(min(exits.x, exits.y), exits.z);
-}
-
 // The last sample (at its number + offset steps) that surely lies before an exit.
 int samples_before(float exit, float offset)
 {
@@ -50,9 +35,8 @@ int samples_before(float exit, float offset)
 // Looks at the cell of sample k: gives the next sample to go to, and in `look` the one at which to ask again, which is behind it where the cell may be seen.
 int pass_over(const Ray r, int k, vec3 p, inout int look)
 {
-    ivec3 cell = clamp((ivec3(p) >> 2) - FIRST_CELL, ivec3(0), job.cells.xyz - 1);
-    int reach = int(texelFetch(distances, cell + (ivec3(r.octant, r.octant >> 1, r.octant >> 2) & 1) * job.cells.xyz, 0).r);
-    cell += FIRST_CELL;
+    ivec3 cell = clamp(ivec3(p) >> 2, FIRST_CELL, FIRST_CELL + job.cells.xyz - 1);
+    int reach = distance_of(r, cell);
 #ifdef ENDS
     int to = max(samples_before(cube_exit(r, cell, max(reach - 1, 0), 4.0), 0.0), k);
     bool jump = reach > 0 && to > k; // the segment that ends beyond the exit must be looked at

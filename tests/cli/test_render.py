@@ -296,7 +296,7 @@ with Folder() as folder:
         result = run(*slices, "-o", folder / "no.png", "--mode", "mip")
         check(result.status == 2 and "raycast" in result.err, "slices3d refuses other modes, and says what to use", result)
         peel = ["render", volume, "--size", "32", "--isovalue", "0.5", "--device", "gpu", "--technique", "peel"]
-        fine("the ray caster's surface", *peel[:-2], "-o", folder / "cast.png")
+        fine("the ray caster's surface", *peel[:-2], "-o", folder / "cast.png", "--roots", "steps")
         fine("peeling", *peel, "-o", folder / "peel.png", "--roots", "steps", "--granularity", "3", "--cover", "disc", "--mask-path", "compute", "--no-interior")
         check(read(folder / "peel.png") == read(folder / "cast.png"), "peel by the ray caster's steps gives its bytes")
         told = fine("what peeling counts", *peel, "-o", folder / "peel.png", "--stats=json").json()

@@ -14,6 +14,7 @@ static void draw_brute(struct pel_renderer *renderer, const struct pel_scene *sc
 {
     struct pel_scene whole = *scene;
     whole.render.skip = false;
+    whole.render.roots = PEL_ROOTS_STEPS;
     draw_by(renderer, &whole, "raycast", width, height, true, image);
 }
 
@@ -50,31 +51,31 @@ static void take_options(struct pel_renderer *renderer, int i, char *what, size_
 static void check_view(struct pel_renderer *renderer, const struct pel_scene *scene, int number, const char *name)
 {
     struct pel_image brute, peeled, whole;
-    struct pel_scene all = *scene;
+    struct pel_scene all = *scene, steps = *scene;
     char options[128], what[256];
     take_options(renderer, number, options, sizeof options);
     snprintf(what, sizeof what, "%s, view %d: %s", name, number, options);
-    draw_brute(renderer, scene, WIDTH, HEIGHT, &brute);
-    set_option(renderer, "roots", "steps");
-    draw_by(renderer, scene, "peel", WIDTH, HEIGHT, true, &peeled);
+    steps.render.roots = PEL_ROOTS_STEPS;
+    draw_brute(renderer, &steps, WIDTH, HEIGHT, &brute);
+    draw_by(renderer, &steps, "peel", WIDTH, HEIGHT, true, &peeled);
     check_same_bytes(&brute, &peeled, what);
     assert_memory_equal(brute.depth, peeled.depth, sizeof(float) * WIDTH * HEIGHT);
     pel_image_finish(&peeled);
 
     set_option(renderer, "segments", "tree"); /* the rival must be right, too */
     set_option(renderer, "interior", "true");
-    draw_by(renderer, scene, "peel", WIDTH, HEIGHT, true, &peeled);
+    draw_by(renderer, &steps, "peel", WIDTH, HEIGHT, true, &peeled);
     check_same_bytes(&brute, &peeled, what);
     pel_image_finish(&peeled);
     set_option(renderer, "segments", "masks");
     take_options(renderer, number, options, sizeof options);
 
-    set_option(renderer, "roots", "search");
-    draw_by(renderer, scene, "peel", WIDTH, HEIGHT, true, &peeled);
+    set_option(renderer, "bisect", "true");
+    draw_by(renderer, &steps, "peel", WIDTH, HEIGHT, true, &peeled);
     check_at_most(lone_hits(&brute, &peeled) + lone_hits(&peeled, &brute), 0, "%s: rays that hit with a binary search or without it alone", what);
     pel_image_finish(&peeled);
 
-    set_option(renderer, "roots", "cubic");
+    set_option(renderer, "bisect", "false");
     draw_by(renderer, scene, "peel", WIDTH, HEIGHT, true, &peeled);
     all.render.skip = false;
     draw_by(renderer, &all, "peel", WIDTH, HEIGHT, true, &whole);

@@ -307,18 +307,20 @@ static void test_skipping_surfaces(void **state)
         { "parallel", 250, -65, 2, 1, true },
     };
     const enum pel_type types[] = { PEL_U8, PEL_I8, PEL_U16, PEL_F32, PEL_F64 };
-    for (int t = 0; t < 5; t++)
+    for (int t = 0; t < 10; t++)
         for (size_t i = 0; i < sizeof views / sizeof *views; i++) {
             struct pel_volume volume;
             struct pel_scene scene;
             struct pel_image with, without;
             char what[96];
-            make_volume(&volume, 41, 35, 46, types[t], grains);
+            const enum pel_roots roots = t / 5 ? PEL_ROOTS_STEPS : PEL_ROOTS_CUBIC;
+            make_volume(&volume, 41, 35, 46, types[t % 5], grains);
             memcpy(volume.spacing, (double[3]){ 1, 1.3, 0.8 }, sizeof volume.spacing);
             memcpy(volume.direction[1], (double[3]){ 0.28, 0.96, 0 }, sizeof volume.direction[1]);
             make_full_scene(&scene, &volume, 10, 60); /* isovalues 40, which voxels have, and 22.5 */
             scene.render.mode = PEL_MODE_ISOSURFACE;
             scene.render.step = 0.2;
+            scene.render.roots = roots;
             pel_camera_azimuth(&scene.camera, views[i].azimuth);
             pel_camera_elevation(&scene.camera, views[i].elevation);
             scene.camera.parallel = views[i].parallel;
@@ -326,7 +328,7 @@ static void test_skipping_surfaces(void **state)
                 scene.camera.position[a] =
                     scene.camera.focal_point[a] + views[i].away * (scene.camera.position[a] - scene.camera.focal_point[a]);
             pel_camera_zoom(&scene.camera, views[i].zoom);
-            snprintf(what, sizeof what, "isosurfaces of %s, %s: skip or not", pel_type_name(types[t]), views[i].name);
+            snprintf(what, sizeof what, "isosurfaces of %s, %s, roots %d: skip or not", pel_type_name(types[t % 5]), views[i].name, roots);
             draw(&scene, "raycast", 170, 130, &with);
             scene.render.skip = false;
             draw(&scene, "raycast", 170, 130, &without);

@@ -201,6 +201,63 @@ static void test_tolerance(void **state)
     pel_volume_finish(&v);
 }
 
+/* A vertex with its normal, by place. */
+static int compare_vertices(const void *p, const void *q)
+{
+    const float *a = p, *b = q;
+    for (int i = 0; i < 3; i++)
+        if (fabsf(a[i] - b[i]) > 1e-5f)
+            return a[i] < b[i] ? -1 : 1;
+    return 0;
+}
+
+static float (*sorted_vertices(const struct pel_mesh *mesh))[6]
+{
+    float(*all)[6] = malloc((mesh->vertex_count + 1) * sizeof *all);
+    assert_non_null(all);
+    for (size_t i = 0; i < mesh->vertex_count; i++) {
+        memcpy(all[i], mesh->positions[i], sizeof mesh->positions[i]);
+        memcpy(all[i] + 3, mesh->normals[i], sizeof mesh->normals[i]);
+    }
+    qsort(all, mesh->vertex_count, sizeof *all, compare_vertices);
+    return all;
+}
+
+/* Volumes with voids go cell by cell, others row by row: where no surface is near the only void both make the same one. */
+static void test_rows_and_cells(void **state)
+{
+    (void)state;
+    struct pel_volume v;
+    for (int mirrored = 0; mirrored < 2; mirrored++) {
+        seed = 29;
+        make_noise(&v, 23, 18, 21, true);
+        memcpy(v.spacing, (double[3]){ 1, 0.7, 1.6 }, sizeof v.spacing);
+        v.direction[0][0] = mirrored ? -1 : 1;
+        for (size_t z = 0; z < 3; z++)
+            for (size_t y = 0; y < 3; y++)
+                for (size_t x = 0; x < 3; x++)
+                    ((float *)v.data)[(z * 18 + y) * 23 + x] = 0.1f;
+        struct pel_mesh *rows = extract(&v, 0.5, 2);
+        ((float *)v.data)[0] = NAN;
+        struct pel_mesh *cells = extract(&v, 0.5, 2);
+        assert_true(rows->vertex_count > 5000);
+        assert_int_equal(rows->vertex_count, cells->vertex_count);
+        assert_int_equal(rows->triangle_count, cells->triangle_count);
+        assert_true(fabs(enclosed(rows) - enclosed(cells)) < 1e-3);
+        float(*a)[6] = sorted_vertices(rows), (*b)[6] = sorted_vertices(cells), worst = 0;
+        for (size_t i = 0; i < rows->vertex_count; i++)
+            for (int c = 0; c < 6; c++)
+                worst = fmaxf(worst, fabsf(a[i][c] - b[i][c]));
+        print_message("%zu vertices: %g apart at most, places and normals\n", rows->vertex_count, (double)worst);
+        assert_true(worst < 2e-5f);
+        free(a);
+        free(b);
+        pel_mesh_destroy(rows);
+        pel_mesh_destroy(cells);
+        pel_volume_finish(&v);
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -208,6 +265,7 @@ int main(void)
         cmocka_unit_test(test_closed_noise),
         cmocka_unit_test(test_voids),
         cmocka_unit_test(test_tolerance),
+        cmocka_unit_test(test_rows_and_cells),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

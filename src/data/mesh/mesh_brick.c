@@ -16,16 +16,59 @@ static size_t clamped(size_t first, int offset, size_t dim)
     return at < dim ? at : dim - 1;
 }
 
-static void load_row(const struct pel_brick *b, size_t y, size_t z, double row[HALO])
+/* Rows and samples that the brick and its halo read. */
+struct reads {
+    size_t at[3][HALO]; /* voxels along each axis */
+};
+
+#define LOAD_NUMBERS(T)                                                                                                                    \
+    for (int z = 0; z < HALO; z++)                                                                                                         \
+        for (int y = 0; y < HALO; y++) {                                                                                                   \
+            const T *row = (const T *)v->data + (r->at[2][z] * v->dims[1] + r->at[1][y]) * v->dims[0];                                     \
+            for (int x = 0; x < HALO; x++)                                                                                                 \
+                b->values[z][y][x] = (double)row[r->at[0][x]] - b->work->isovalue;                                                         \
+        }                                                                                                                                  \
+    break
+
+static void load_numbers(struct pel_brick *b, const struct reads *r)
 {
     const struct pel_volume *v = b->work->volume;
-    size_t x0 = clamped(b->first[0], -1, v->dims[0]), x1 = clamped(b->first[0], HALO - 2, v->dims[0]);
-    double samples[HALO];
-    pel_samples_load(v, (z * v->dims[1] + y) * v->dims[0] + x0, x1 - x0 + 1, samples);
-    for (int x = 0; x < HALO; x++) {
-        double value = samples[clamped(b->first[0], x - 1, v->dims[0]) - x0];
-        row[x] = isfinite(value) ? value - b->work->isovalue : NAN;
+    switch (v->type) {
+    case PEL_U8:
+        LOAD_NUMBERS(unsigned char);
+    case PEL_I8:
+        LOAD_NUMBERS(signed char);
+    case PEL_U16:
+        LOAD_NUMBERS(unsigned short);
+    case PEL_I16:
+        LOAD_NUMBERS(short);
+    case PEL_U32:
+        LOAD_NUMBERS(unsigned);
+    case PEL_I32:
+        LOAD_NUMBERS(int);
+    case PEL_F32:
+        LOAD_NUMBERS(float);
+    case PEL_F64:
+        LOAD_NUMBERS(double);
+    case PEL_TYPE_COUNT:
+        break;
     }
+}
+
+/* Where there may be voids. */
+static void load_samples(struct pel_brick *b, const struct reads *r)
+{
+    const struct pel_volume *v = b->work->volume;
+    const size_t first = r->at[0][0], count = r->at[0][HALO - 1] - first + 1;
+    double samples[HALO];
+    for (int z = 0; z < HALO; z++)
+        for (int y = 0; y < HALO; y++) {
+            pel_samples_load(v, (r->at[2][z] * v->dims[1] + r->at[1][y]) * v->dims[0] + first, count, samples);
+            for (int x = 0; x < HALO; x++) {
+                double value = samples[r->at[0][x] - first];
+                b->values[z][y][x] = isfinite(value) ? value - b->work->isovalue : NAN;
+            }
+        }
 }
 
 /* Inside is where the isovalue is reached, as for the ray caster. */
@@ -34,16 +77,24 @@ void pel_brick_load(struct pel_brick *b)
     const struct pel_volume *v = b->work->volume;
     for (int a = 0; a < 3; a++)
         b->voxels[a] = v->dims[a] - b->first[a] < SIDE ? (int)(v->dims[a] - b->first[a]) : SIDE;
-    for (int z = 0; z < HALO; z++)
-        for (int y = 0; y < HALO; y++)
-            load_row(b, clamped(b->first[1], y - 1, v->dims[1]), clamped(b->first[2], z - 1, v->dims[2]), b->values[z][y]);
+    struct reads reads;
+    for (int a = 0; a < 3; a++)
+        for (int i = 0; i < HALO; i++)
+            reads.at[a][i] = clamped(b->first[a], i - 1, v->dims[a]);
+    if (b->work->minmax->has_voids)
+        load_samples(b, &reads);
+    else
+        load_numbers(b, &reads);
     for (int z = 0; z < SIDE; z++)
         for (int y = 0; y < SIDE; y++) {
-            b->inside[z][y] = b->voids[z][y] = 0;
+            const double *row = &b->values[z + 1][y + 1][1];
+            unsigned inside = 0, voids = 0;
             for (int x = 0; x < SIDE; x++) {
-                b->inside[z][y] |= (unsigned)(b->values[z + 1][y + 1][x + 1] >= 0) << x;
-                b->voids[z][y] |= (unsigned)isnan(b->values[z + 1][y + 1][x + 1]) << x;
+                inside |= (unsigned)(row[x] >= 0) << x;
+                voids |= (unsigned)isnan(row[x]) << x;
             }
+            b->inside[z][y] = inside;
+            b->voids[z][y] = voids;
         }
 }
 

@@ -38,10 +38,18 @@ void pel_brick_load(struct pel_brick *brick);
 /* The triangles in all its cells. */
 bool pel_brick_cut(struct pel_brick *brick);
 
+/* ---- mesh_edges.c ---- */
+
+/* As pel_brick_cut does, and sooner; for a brick without voids, where no tolerance is asked for. */
+bool pel_brick_cut_edges(struct pel_brick *brick);
+
 /* ---- mesh_cell.c: the surface in one cell ---- */
 
 /* `inside` has a bit a corner (cell_table.h). */
 bool pel_cell_cut(struct pel_brick *brick, const int cell[3], unsigned inside);
+
+/* The table's entry for a cell with ambiguous faces (or without). */
+const struct pel_cell_entry *pel_cell_entry_of(const struct pel_brick *brick, const int cell[3], unsigned inside);
 
 /* The value at a corner of a cell, less the isovalue. */
 static inline const double *pel_brick_corner(const struct pel_brick *b, const int cell[3], int corner)

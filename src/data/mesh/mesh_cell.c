@@ -95,7 +95,7 @@ static bool make_vertex(const struct cell *c, const double place[3], int edge_ax
         position[i] = (float)pel_dot(w->to_world[i], index);
         normal[i] = (float)n[i];
     }
-    return pel_mesh_add_vertex(c->brick->slab, position, normal, number, c->brick->error);
+    return pel_mesh_add_vertices(c->brick->slab, (const float(*)[3])&position, (const float(*)[3])&normal, 1, number, c->brick->error);
 }
 
 /* The vertex of a kind at one of the cell's corners, made where it is not there yet. */
@@ -250,13 +250,25 @@ static const struct pel_cell_entry *entry_of(const struct pel_cell_table *table,
     return &table->entries[table->first[inside] + way];
 }
 
+static void cell_values(const struct pel_brick *brick, const int at[3], struct pel_cell_values *values)
+{
+    for (int corner = 0; corner < 8; corner++)
+        values->corner[corner] = *pel_brick_corner(brick, at, corner);
+}
+
+const struct pel_cell_entry *pel_cell_entry_of(const struct pel_brick *brick, const int at[3], unsigned inside)
+{
+    struct pel_cell_values values;
+    cell_values(brick, at, &values);
+    return entry_of(brick->work->table, &values, inside);
+}
+
 bool pel_cell_cut(struct pel_brick *brick, const int at[3], unsigned inside)
 {
     struct cell c;
     c.brick = brick;
     c.at = at;
-    for (int corner = 0; corner < 8; corner++)
-        c.values.corner[corner] = *pel_brick_corner(brick, at, corner);
+    cell_values(brick, at, &c.values);
     c.entry = entry_of(brick->work->table, &c.values, inside);
     for (int l = 0; l < c.entry->loops; l++)
         for (int i = 0; i < c.entry->loop[l].count; i++) {

@@ -17,6 +17,7 @@
 struct item {
     struct pel_mesh_slab slab;
     uint32_t *numbers; /* owned: the mesh's number of each vertex of the slab */
+    size_t number_room;
     size_t first_vertex, own_vertices, first_triangle;
     bool failed;
     struct pel_error error;
@@ -26,7 +27,9 @@ struct extraction {
     struct pel_mesh_work work;
     struct pel_mesh *mesh;
     struct item *items;
-    size_t count, begun; /* items; those of rounds before */
+    size_t count, begun;               /* items; those of rounds before */
+    size_t round;                      /* items that are made at once */
+    size_t vertex_room, triangle_room; /* of the mesh */
     char *scratch;
     size_t scratch_size; /* a thread */
 };
@@ -40,19 +43,28 @@ static void make_item(void *context, size_t i, int thread)
     item->failed = !pel_mesh_slab_make(&item->slab, &x->work, x->begun + i, x->scratch + (size_t)thread * x->scratch_size, &item->error);
 }
 
-/* In rounds, between which progress is told. */
-static bool make_slabs(struct extraction *x, const struct pel_mesh_params *params, int part, struct pel_error *error)
+/* What a round ago was copied gives its memory, which is in the caches and need not be got from the system. Of that round the last slab is
+ * still asked for its seam. */
+static void reuse_memory(struct extraction *x, size_t count)
 {
-    size_t round = (size_t)pel_threads(params->threads) * 8;
-    for (x->begun = 0; x->begun < x->count; x->begun += round) {
-        size_t now = x->count - x->begun < round ? x->count - x->begun : round;
-        if (!pel_progress_report(&params->progress, (part + (double)x->begun / (double)x->count) / params->isovalue_count, error))
-            return false;
-        pel_parallel_for(params->threads, now, make_item, x);
-        for (size_t i = x->begun; i < x->begun + now; i++)
-            if (x->items[i].failed)
-                return pel_fail(error, x->items[i].error.code, "%s", x->items[i].error.message);
+    for (size_t i = x->begun; x->begun && i < x->begun + count && i + 1 - x->round < x->begun; i++) {
+        struct item *from = &x->items[i - x->round], *to = &x->items[i];
+        to->slab = from->slab;
+        to->slab.vertex_count = to->slab.triangle_count = to->slab.seam_count[0] = to->slab.seam_count[1] = 0;
+        to->numbers = from->numbers;
+        to->number_room = from->number_room;
+        memset(&from->slab, 0, sizeof from->slab);
+        from->numbers = NULL;
     }
+}
+
+static bool make_slabs(struct extraction *x, const struct pel_mesh_params *params, size_t count, struct pel_error *error)
+{
+    reuse_memory(x, count);
+    pel_parallel_for(params->threads, count, make_item, x);
+    for (size_t i = x->begun; i < x->begun + count; i++)
+        if (x->items[i].failed)
+            return pel_fail(error, x->items[i].error.code, "%s", x->items[i].error.message);
     return true;
 }
 
@@ -63,7 +75,11 @@ static bool number_item(struct item *item, const struct item *below, size_t firs
 {
     const struct pel_mesh_slab *s = &item->slab;
     item->first_vertex = first;
-    item->numbers = pel_alloc(s->vertex_count, sizeof *item->numbers, "numbers of vertices", error);
+    if (s->vertex_count > item->number_room || !item->numbers) {
+        free(item->numbers);
+        item->numbers = pel_alloc(s->vertex_count, sizeof *item->numbers, "numbers of vertices", error);
+        item->number_room = s->vertex_count;
+    }
     if (!item->numbers)
         return false;
     memset(item->numbers, 0xff, s->vertex_count * sizeof *item->numbers);
@@ -82,9 +98,9 @@ static bool number_item(struct item *item, const struct item *below, size_t firs
     return true;
 }
 
-static bool number_items(struct extraction *x, size_t *vertices, size_t *triangles, struct pel_error *error)
+static bool number_items(struct extraction *x, size_t count, size_t *vertices, size_t *triangles, struct pel_error *error)
 {
-    for (size_t i = 0; i < x->count; i++) {
+    for (size_t i = x->begun; i < x->begun + count; i++) {
         struct item *item = &x->items[i];
         item->first_triangle = *triangles;
         if (!number_item(item, i ? &x->items[i - 1] : NULL, *vertices, error))
@@ -99,7 +115,7 @@ static void copy_item(void *context, size_t i, int thread)
 {
     (void)thread;
     struct extraction *x = context;
-    struct item *item = &x->items[i];
+    struct item *item = &x->items[x->begun + i];
     struct pel_mesh *mesh = x->mesh;
     for (size_t v = 0; v < item->slab.vertex_count; v++)
         if (item->numbers[v] >= item->first_vertex) {
@@ -109,20 +125,49 @@ static void copy_item(void *context, size_t i, int thread)
     for (size_t t = 0; t < item->slab.triangle_count; t++)
         for (int c = 0; c < 3; c++)
             mesh->triangles[item->first_triangle + t][c] = item->numbers[item->slab.triangles[t][c]];
-    free(item->numbers);
-    item->numbers = NULL;
-    pel_mesh_slab_finish(&item->slab);
 }
 
 /* ---- the mesh ---- */
 
-static bool enlarge(void **array, size_t count, size_t size, const char *what, struct pel_error *error)
+static bool resize(void **array, size_t count, size_t size, const char *what, struct pel_error *error)
 {
     size_t bytes;
-    void *larger = pel_mul(count ? count : 1, size, &bytes) ? realloc(*array, bytes) : NULL;
-    if (!larger)
+    void *other = pel_mul(count ? count : 1, size, &bytes) ? realloc(*array, bytes) : NULL;
+    if (!other)
         return pel_fail(error, PEL_ERROR_MEMORY, "no memory for %zu %s of the surface", count, what);
-    *array = larger;
+    *array = other;
+    return true;
+}
+
+static bool resize_mesh(struct extraction *x, size_t vertices, size_t triangles, struct pel_error *error)
+{
+    struct pel_mesh *mesh = x->mesh;
+    x->vertex_room = vertices;
+    x->triangle_room = triangles;
+    return resize((void **)&mesh->positions, vertices, sizeof *mesh->positions, "vertices", error) &&
+           resize((void **)&mesh->normals, vertices, sizeof *mesh->normals, "normals", error) &&
+           resize((void **)&mesh->triangles, triangles, sizeof *mesh->triangles, "triangles", error);
+}
+
+static size_t with_reserve(size_t count, size_t room)
+{
+    return count <= room ? room : count > SIZE_MAX / 2 ? count : count + count / 2;
+}
+
+/* In rounds, between which progress is told. */
+static bool make_part(struct extraction *x, const struct pel_mesh_params *params, int part, size_t *vertices, size_t *triangles,
+                      struct pel_error *error)
+{
+    for (x->begun = 0; x->begun < x->count; x->begun += x->round) {
+        size_t now = x->count - x->begun < x->round ? x->count - x->begun : x->round;
+        if (!pel_progress_report(&params->progress, (part + (double)x->begun / (double)x->count) / params->isovalue_count, error) ||
+            !make_slabs(x, params, now, error) || !number_items(x, now, vertices, triangles, error))
+            return false;
+        if ((*vertices > x->vertex_room || *triangles > x->triangle_room) &&
+            !resize_mesh(x, with_reserve(*vertices, x->vertex_room), with_reserve(*triangles, x->triangle_room), error))
+            return false;
+        pel_parallel_for(params->threads, now, copy_item, x);
+    }
     return true;
 }
 
@@ -133,12 +178,8 @@ static bool add_part(struct extraction *x, const struct pel_mesh_params *params,
     x->work.isovalue = params->isovalues[number];
     x->work.tolerance = params->tolerance;
     x->items = pel_alloc(x->count, sizeof *x->items, "parts of the surface", error);
-    bool ok = x->items && make_slabs(x, params, number, error) && number_items(x, &vertices, &triangles, error) &&
-              enlarge((void **)&mesh->positions, vertices, sizeof *mesh->positions, "vertices", error) &&
-              enlarge((void **)&mesh->normals, vertices, sizeof *mesh->normals, "normals", error) &&
-              enlarge((void **)&mesh->triangles, triangles, sizeof *mesh->triangles, "triangles", error);
+    bool ok = x->items && make_part(x, params, number, &vertices, &triangles, error);
     if (ok) {
-        pel_parallel_for(params->threads, x->count, copy_item, x);
         mesh->parts[mesh->part_count++] =
             (struct pel_mesh_part) { params->isovalues[number], mesh->vertex_count, vertices - mesh->vertex_count, mesh->triangle_count,
                                      triangles - mesh->triangle_count };
@@ -204,8 +245,10 @@ struct pel_mesh *pel_mesh_extract_by(const struct pel_volume *volume, const stru
         memcpy(x.mesh->name, volume->name, sizeof volume->name);
         x.mesh->space = volume->space;
     }
+    x.round = (size_t)pel_threads(params->threads) * 8;
     for (int i = 0; ok && i < params->isovalue_count; i++)
         ok = add_part(&x, params, i, error);
+    ok = ok && resize_mesh(&x, x.mesh->vertex_count, x.mesh->triangle_count, error);
     free(x.scratch);
     free(table);
     if (!ok) {

@@ -14,38 +14,49 @@ enum { SIDE = PEL_BRICK_SIDE };
 
 /* ---- growing arrays ---- */
 
-static bool grow(void **array, size_t *room, size_t count, size_t size, struct pel_error *error)
+/* Room for `more` items after `count`. */
+static bool grow(void **array, size_t *room, size_t count, size_t more, size_t size, struct pel_error *error)
 {
-    size_t bytes, more = *room ? *room : 256;
-    if (count < *room)
+    size_t bytes, larger = *room ? *room : 256;
+    if (more <= *room - count)
         return true;
-    if (!pel_mul(more, 2, &more) || !pel_mul(more, size, &bytes))
+    while (larger - count < more)
+        if (!pel_mul(larger, 2, &larger))
+            return pel_fail(error, PEL_ERROR_MEMORY, "a part of the surface is larger than memory can be");
+    if (!pel_mul(larger, size, &bytes))
         return pel_fail(error, PEL_ERROR_MEMORY, "a part of the surface is larger than memory can be");
     void *grown = realloc(*array, bytes);
     if (!grown)
         return pel_fail(error, PEL_ERROR_MEMORY, "no memory for %zu MB of a part of the surface", bytes >> 20);
     *array = grown;
-    *room = more;
+    *room = larger;
     return true;
 }
 
-bool pel_mesh_add_vertex(struct pel_mesh_slab *s, const float position[3], const float normal[3], uint32_t *number, struct pel_error *error)
+bool pel_mesh_add_vertices(struct pel_mesh_slab *s, const float (*positions)[3], const float (*normals)[3], size_t count, uint32_t *first,
+                           struct pel_error *error)
 {
     size_t room = s->vertex_room;
-    if (s->vertex_count == UINT32_MAX - 1)
+    if (s->vertex_count >= UINT32_MAX - count)
         return pel_fail(error, PEL_ERROR_UNSUPPORTED, "the surface has more vertices than 32 bits count; take another isovalue");
-    if (!grow((void **)&s->positions, &room, s->vertex_count, sizeof *s->positions, error) ||
-        !grow((void **)&s->normals, &s->vertex_room, s->vertex_count, sizeof *s->normals, error))
+    if (!grow((void **)&s->positions, &room, s->vertex_count, count, sizeof *s->positions, error) ||
+        !grow((void **)&s->normals, &s->vertex_room, s->vertex_count, count, sizeof *s->normals, error))
         return false;
-    memcpy(s->positions[s->vertex_count], position, sizeof *s->positions);
-    memcpy(s->normals[s->vertex_count], normal, sizeof *s->normals);
-    *number = (uint32_t)s->vertex_count++;
+    memcpy(s->positions[s->vertex_count], positions, count * sizeof *positions);
+    memcpy(s->normals[s->vertex_count], normals, count * sizeof *normals);
+    *first = (uint32_t)s->vertex_count;
+    s->vertex_count += count;
     return true;
+}
+
+bool pel_mesh_reserve_triangles(struct pel_mesh_slab *s, size_t count, struct pel_error *error)
+{
+    return grow((void **)&s->triangles, &s->triangle_room, s->triangle_count, count, sizeof *s->triangles, error);
 }
 
 bool pel_mesh_add_triangle(struct pel_mesh_slab *s, uint32_t a, uint32_t b, uint32_t c, struct pel_error *error)
 {
-    if (!grow((void **)&s->triangles, &s->triangle_room, s->triangle_count, sizeof *s->triangles, error))
+    if (!pel_mesh_reserve_triangles(s, 1, error))
         return false;
     uint32_t *corners = s->triangles[s->triangle_count++];
     corners[0] = a, corners[1] = b, corners[2] = c;
@@ -54,7 +65,7 @@ bool pel_mesh_add_triangle(struct pel_mesh_slab *s, uint32_t a, uint32_t b, uint
 
 static bool add_seam(struct pel_mesh_slab *s, int side, uint64_t key, uint32_t vertex, struct pel_error *error)
 {
-    if (!grow((void **)&s->seams[side], &s->seam_room[side], s->seam_count[side], sizeof **s->seams, error))
+    if (!grow((void **)&s->seams[side], &s->seam_room[side], s->seam_count[side], 1, sizeof **s->seams, error))
         return false;
     s->seams[side][s->seam_count[side]++] = (struct pel_mesh_seam) { key, vertex };
     return true;
@@ -81,15 +92,20 @@ static void copy_shared(struct pel_brick_numbers *to, int kinds, const struct pe
     to->any = true;
     for (int kind = 0; kind < kinds; kind++)
         for (int z = 0; z < SIDE; z++) {
-            for (int i = 0; i < SIDE; i++) {
-                if (left && left->any)
-                    to->at[kind][z][i][0] = left->at[kind][z][i][SIDE - 1];
-                if (behind && behind->any && to->at[kind][z][0][i] == PEL_NO_VERTEX)
-                    to->at[kind][z][0][i] = behind->at[kind][z][SIDE - 1][i];
-            }
-            if (beyond && beyond->any && to->at[kind][z][0][SIDE - 1] == PEL_NO_VERTEX)
-                to->at[kind][z][0][SIDE - 1] = beyond->at[kind][z][SIDE - 1][0];
+            uint32_t(*here)[SIDE] = to->at[kind][z];
+            for (int i = 0; left && i < SIDE; i++)
+                here[i][0] = left->at[kind][z][i][SIDE - 1];
+            for (int i = 0; behind && i < SIDE; i++) /* PEL_NO_VERTEX is the greatest number there is */
+                here[0][i] = here[0][i] < behind->at[kind][z][SIDE - 1][i] ? here[0][i] : behind->at[kind][z][SIDE - 1][i];
+            if (beyond && here[0][SIDE - 1] == PEL_NO_VERTEX)
+                here[0][SIDE - 1] = beyond->at[kind][z][SIDE - 1][0];
         }
+}
+
+/* A brick of the row before or before in the row, where there is something in it. */
+static const struct pel_brick_numbers *filled(const struct pel_brick_numbers *numbers, bool there)
+{
+    return there && numbers->any ? numbers : NULL;
 }
 
 /* The vertices on the lowest and the highest plane of the bricks: on edges along x and y, and on the faces in the plane. What lies between
@@ -98,14 +114,15 @@ static bool note_seams(struct pel_brick *b, size_t brick, const bool last[2])
 {
     enum { KINDS = 2 + 2 * PEL_BRICK_BENDS, FACES = PEL_BRICK_KINDS - 2 * PEL_BRICK_BENDS }; /* those on the faces across z are the last */
     const int planes[2] = { 0, b->voxels[2] - 1 }, places = (b->work->tolerance > 0 ? KINDS : 2) * SIDE * SIDE;
+    const int ours[2] = { last[0] ? SIDE : SIDE - 1, last[1] ? SIDE : SIDE - 1 };
     for (int side = 0; side < 2; side++)
-        for (int i = 0; i < places; i++) {
-            int number = i / (SIDE * SIDE), kind = number < 2 ? number : FACES + number - 2, y = i / SIDE % SIDE, x = i % SIDE;
-            bool ours = (x < SIDE - 1 || last[0]) && (y < SIDE - 1 || last[1]);
-            uint32_t vertex = b->numbers->at[kind][planes[side]][y][x];
-            if (ours && vertex != PEL_NO_VERTEX &&
-                !add_seam(b->slab, side, (uint64_t)brick * (uint64_t)places + (uint64_t)i, vertex, b->error))
-                return false;
+        for (int number = 0; number < places / (SIDE * SIDE); number++) {
+            const uint32_t(*plane)[SIDE] = (const uint32_t(*)[SIDE])b->numbers->at[number < 2 ? number : FACES + number - 2][planes[side]];
+            const uint64_t first = (uint64_t)brick * (uint64_t)places + (uint64_t)(number * SIDE * SIDE);
+            for (int y = 0; y < ours[1]; y++)
+                for (int x = 0; x < ours[0]; x++)
+                    if (plane[y][x] != PEL_NO_VERTEX && !add_seam(b->slab, side, first + (uint64_t)(y * SIDE + x), plane[y][x], b->error))
+                        return false;
         }
     return true;
 }
@@ -124,6 +141,7 @@ bool pel_mesh_slab_make(struct pel_mesh_slab *slab, const struct pel_mesh_work *
     struct pel_brick_numbers *rows[2] = { scratch, (struct pel_brick_numbers *)scratch + n[0] };
     struct pel_brick b = { .work = work, .slab = slab, .error = error };
     const int kinds = work->tolerance > 0 ? PEL_BRICK_KINDS : 3;
+    const bool fast = !(work->tolerance > 0) && !work->minmax->has_voids;
     for (size_t x = 0; x < n[0]; x++)
         rows[0][x].any = rows[1][x].any = false;
     for (size_t y = 0; y < n[1]; y++) {
@@ -134,11 +152,12 @@ bool pel_mesh_slab_make(struct pel_mesh_slab *slab, const struct pel_mesh_work *
             row[x].any = false;
             if (!((double)bricks->least[at] < work->isovalue && (double)bricks->most[at] >= work->isovalue))
                 continue;
-            copy_shared(&row[x], kinds, x ? &row[x - 1] : NULL, y ? &before[x] : NULL, y && x + 1 < n[0] ? &before[x + 1] : NULL);
+            copy_shared(&row[x], kinds, filled(row + x - 1, x > 0), filled(before + x, y > 0),
+                        filled(before + x + 1, y > 0 && x + 1 < n[0]));
             b.first[0] = x * PEL_CELL_SIZE, b.first[1] = y * PEL_CELL_SIZE, b.first[2] = bz * PEL_CELL_SIZE;
             b.numbers = &row[x];
             pel_brick_load(&b);
-            if (!pel_brick_cut(&b) || !note_seams(&b, y * n[0] + x, last))
+            if (!(fast ? pel_brick_cut_edges(&b) : pel_brick_cut(&b)) || !note_seams(&b, y * n[0] + x, last))
                 return false;
         }
     }

@@ -43,8 +43,10 @@ bool pel_mesh_slab_make(struct pel_mesh_slab *slab, const struct pel_mesh_work *
 void pel_mesh_slab_finish(struct pel_mesh_slab *slab); /* accepts a zeroed one */
 
 /* Append to the slab. */
-bool pel_mesh_add_vertex(struct pel_mesh_slab *slab, const float position[3], const float normal[3], uint32_t *number,
-                         struct pel_error *error);
+bool pel_mesh_add_vertices(struct pel_mesh_slab *slab, const float (*positions)[3], const float (*normals)[3], size_t count, uint32_t *first,
+                           struct pel_error *error);
+/* Room for this many triangles more. */
+bool pel_mesh_reserve_triangles(struct pel_mesh_slab *slab, size_t count, struct pel_error *error);
 bool pel_mesh_add_triangle(struct pel_mesh_slab *slab, uint32_t a, uint32_t b, uint32_t c, struct pel_error *error);
 
 #endif

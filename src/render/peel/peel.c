@@ -80,7 +80,7 @@ static bool take_volume(struct pel_peel *p, const struct pel_frame *frame, struc
 static bool steps_over_voids(const struct pel_peel *p, const struct pel_volume *v)
 {
     double least = fmin(fmin(v->spacing[0], v->spacing[1]), v->spacing[2]);
-    return p->format.voids && p->options.roots != PEL_ROOTS_CUBIC && p->job.step > least;
+    return p->format.voids && p->job.roots == PEL_ROOTS_STEPS && p->job.step > least;
 }
 
 bool pel_peel_send_view(struct pel_peel *p, const int tile[4], struct pel_error *error)
@@ -170,8 +170,8 @@ static GLuint casting_program(struct pel_peel *p, struct pel_error *error)
     } words[] = {
         { "VOIDS", p->format.voids },
         { "HEADLIGHTS", p->job.headlight_only },
-        { "STEPPING", p->options.roots != PEL_ROOTS_CUBIC },
-        { "BINARY_SEARCH", p->options.roots == PEL_ROOTS_SEARCH },
+        { "STEPPING", p->job.roots == PEL_ROOTS_STEPS },
+        { "BINARY_SEARCH", p->options.bisect },
         { "EXTERIOR", !p->options.interior },
         { "WHOLE", !p->skip },
         { "TREE", p->skip && p->options.skipping == PEL_BY_TREE },
@@ -286,7 +286,7 @@ static void note(struct pel_peel *p, const struct pel_frame *frame, enum pel_mas
     for (int a = 0; a < 3; a++)
         cells *= (uint64_t)p->view.grid[a];
     note_stages(p, frame);
-    if (p->options.roots == PEL_ROOTS_CUBIC) {
+    if (p->job.roots == PEL_ROOTS_CUBIC) {
         pel_frame_count(frame, "voxel cells looked into", taken);
     } else {
         pel_frame_count(frame, "samples taken", taken);

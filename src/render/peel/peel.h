@@ -4,7 +4,7 @@
  *   1 active cells (4.1)     peel_cells.c, peel_ranges.c, peel_range.glsl, peel_active.glsl,
  *                            ../gpu/histopyramid*                            when an isovalue changes
  *   2 masks (4.2)            peel_masks.c, peel_cover.glsl and the shaders of its two ways           every frame
- *   3 segments, rays (4.3)   peel.c, peel_segments.glsl, peel_cast.glsl, peel_cubic.glsl             every frame
+ *   3 segments, rays (4.3)   peel.c, peel_segments.glsl, peel_cast.glsl, cells.glsl                  every frame
  *
  * peel.c makes a frame of them; peel_technique.c has the options and says what is refused. */
 #ifndef PEL_PEEL_H
@@ -16,16 +16,15 @@
 #include "histopyramid.h"
 #include "technique.h"
 
-enum pel_peel_roots { PEL_ROOTS_CUBIC, PEL_ROOTS_STEPS, PEL_ROOTS_SEARCH };
 enum pel_peel_cover { PEL_COVER_DISC, PEL_COVER_BOX };
 enum pel_mask_path { PEL_MASKS_AUTO, PEL_MASKS_RASTER, PEL_MASKS_COMPUTE };
 
 struct pel_peel_options {
-    enum pel_peel_roots roots;
     int granularity; /* voxel steps along an edge of a macro-cell */
     bool interior;   /* skip what is empty between the first layer and the last, too */
     enum pel_peel_cover cover;
     enum pel_mask_path path;
+    bool bisect;     /* the refinement of the paper, where surfaces are found by steps */
     enum pel_peel_skipping { PEL_BY_MASKS, PEL_BY_TREE } skipping;
 };
 

@@ -6,6 +6,7 @@
 #include "shading.glsl"
 #include "gather.glsl"
 #include "tile.glsl"
+#include "root.glsl"
 #include "surface.glsl"
 #include "peel_block.glsl"
 #ifdef TREE
@@ -92,56 +93,11 @@ uint cast_ray(ivec2 pixel, const Ray r)
 }
 
 #else
-#include "peel_cubic.glsl"
-
-// The next place in a segment, from `at` on; a new place is in a new cell.
-bool next_place(ivec2 pixel, const Ray r, float whole, inout float at, inout float end)
-{
-    vec2 stretch;
-    while (NEXT_SEGMENT(pixel, r, stretch)) {
-        float first = clamp(stretch.x, 0.0, whole);
-        end = min(stretch.y, whole);
-        if (first > at) {
-            at = first;
-            cell = clamp(ivec3(floor(r.o + at * r.d)), ivec3(0), max(job.dims.xyz - 2, ivec3(0)));
-            carried = false;
-        }
-        if (at < end)
-            return true;
-    }
-    return false;
-}
+#include "cells.glsl"
 
 uint cast_ray(ivec2 pixel, const Ray r)
 {
-    uint cells = 0u;
-    float whole = float(r.n - 1) + r.fraction, at = -1.0, end = -1.0, from, to;
-    vec3 side = mix(vec3(1.0), vec3(0.0), lessThan(r.inverse, vec3(0.0)));
-    ivec3 onwards = ivec3(2.0 * side - 1.0), last = max(job.dims.xyz - 2, ivec3(0));
-    bvec3 single = equal(job.dims.xyz, ivec3(1)); // a single voxel is all along its axis
-    bool going = true;
-    carried = false;
-    while (going) {
-        bool found = false;
-        while (!found) {
-            if (at >= end && !next_place(pixel, r, whole, at, end))
-                break;
-            vec3 exits = mix((vec3(cell) + side - r.o) * r.inverse, vec3(1e30), single);
-            float leave = min(min(exits.x, exits.y), exits.z);
-            from = at;
-            to = min(leave, whole);
-            if (to > from) {
-                cells++;
-                found = take_cell();
-                at = to;
-            }
-            cell += mix(ivec3(0), onwards, lessThanEqual(exits, vec3(leave)));
-            if (any(lessThan(cell, ivec3(0))) || any(greaterThan(cell, last)))
-                at = 1e30; // out of the volume
-        }
-        going = found && add_surfaces(r, from, to);
-    }
-    return cells;
+    return cast_cells(pixel, r, vec2(0.0, float(r.n - 1) + r.fraction));
 }
 #endif
 

@@ -5,18 +5,12 @@
 #include "fail.h"
 #include "peel.h"
 
-static const char *const roots[] = { "cubic", "steps", "search", NULL };
 static const char *const covers[] = { "disc", "box", NULL };
 static const char *const skippings[] = { "masks", "tree", NULL };
 static const char *const paths[] = { "auto", "raster", "compute", NULL };
 
 #define AT(field) offsetof(struct pel_peel_options, field)
 static const struct pel_option options[] = {
-    { "roots", "Roots",
-      "How surfaces are found in a ray's segments: exactly, cell by cell (cubic); by uniform steps and regula falsi, as the ray caster "
-      "does "
-      "(steps); or by uniform steps and a binary search, as printed (search)",
-      PEL_OPTION_CHOICE, AT(roots), 0, 0, "cubic", roots, NULL },
     { "granularity", "Granularity", "Edge of the macro-cells that are active or not", PEL_OPTION_INT, AT(granularity), 1, 8, "2", NULL,
       "voxels" },
     { "interior", "Interior skipping", "Skip what is empty between the first layer of active cells and the last, too", PEL_OPTION_BOOL,
@@ -30,6 +24,8 @@ static const struct pel_option options[] = {
       "What makes the masks: the rasteriser and the logic operation OR, a compute shader with atomic OR, or the faster of them, as "
       "measured at the first frame",
       PEL_OPTION_CHOICE, AT(path), 0, 0, "auto", paths, NULL },
+    { "bisect", "Bisect", "With roots by steps: settle where a step meets a surface by halving it ten times, as printed, in place of regula falsi",
+      PEL_OPTION_BOOL, AT(bisect), 0, 0, "false", NULL, NULL },
     { NULL },
 };
 #undef AT

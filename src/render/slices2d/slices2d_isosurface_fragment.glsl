@@ -3,6 +3,7 @@
 //
 // By default a surface is where the value crosses the isovalue between a slice and the next, found on the reconstructed signal and lit by the gradient there.
 // With ALPHA_TEST it is the paper's: what passes the alpha test value >= isovalue on a slice, the foremost such slice; it shows the slices as steps.
+#include "root.glsl"
 #include "job.glsl"
 #include "space.glsl"
 #include "slices2d_space.glsl"
@@ -47,27 +48,17 @@ void main()
 }
 #else
 
-// Root of value = iso between slices a and b, whose values f and g lie on different sides: regula falsi (Illinois), as the ray caster's.
+// Root of value = iso between slices a and b, whose values f and g lie on different sides; NaN: the search met a void.
 float find_root(const SliceRay s, float iso, float a, float f, float b, float g)
 {
-    f -= iso;
-    g -= iso;
+    Bracket k = Bracket(a, b, f - iso, g - iso);
     for (int i = 0; i < 4; i++) {
-        float root = clamp(a + (b - a) * (f / (f == g ? 1.0 : f - g)), a, b);
-        float h = linear(inside(slice_place(s, root))) - iso;
+        float root = bracket_guess(k), h = linear(inside(slice_place(s, root))) - iso;
         if (isnan(h))
             return h;
-        if ((h < 0.0) == (f < 0.0)) { // it lies behind
-            a = root;
-            f = h;
-            g *= 0.5;
-        } else {
-            b = root;
-            g = h;
-            f *= 0.5;
-        }
+        bracket_narrow(k, root, h);
     }
-    return clamp(a + (b - a) * (f / (f == g ? 1.0 : f - g)), a, b);
+    return bracket_guess(k);
 }
 
 bool crossed(vec2 ends)

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
-// Exact surfaces (section 4.3.2's "correct root finding", Marmitt et al. 2004): along a ray the reconstructed value of a cell is a cubic, whose roots are found between its extrema, where it
+// Exact surfaces (the "correct root finding" of Liu, Clapworthy and Dong 2010, section 4.3.2; Marmitt et al. 2004): along a ray the reconstructed value of a cell is a cubic, whose roots are found between its extrema, where it
 // rises or falls alone. No surface is missed, however short the way behind it, and no value is taken between voxels.
+#include "root.glsl"
 #include "surface.glsl"
 
 ivec3 cell;       // of voxels, into which the ray comes next
@@ -13,7 +14,7 @@ vec4 cubic;       // c0 + c1 u + c2 u^2 + c3 u^3, u from 0 to 1 on the way throu
 
 float at_cell(ivec3 offset)
 {
-    float raw = texel_to_raw(texelFetch(volume, cell + offset, 0).r);
+    float raw = texel_to_raw(texelFetch(volume, cell + offset - FIRST_VOXEL, 0).r);
 #ifdef VOIDS
     if (!(abs(raw) <= 3.4e38) || abs(raw - job.raw.z) <= job.raw.w)
         return nan();
@@ -87,24 +88,15 @@ vec2 extrema()
     return vec2(min(u.x, u.y), max(u.x, u.y));
 }
 
-// Root between a and b, where the cubic less the isovalue is f and g, on different sides: regula falsi, Illinois variant.
+// Root between a and b, where the cubic is f and g, on different sides of the isovalue.
 float cubic_root(float iso, float a, float f, float b, float g)
 {
-    f -= iso;
-    g -= iso;
-    for (int i = 0; i < 10; i++) {
-        float root = clamp(a + (b - a) * (f / (f == g ? 1.0 : f - g)), a, b), h = cubic_at(root) - iso;
-        if ((h < 0.0) == (f < 0.0)) {
-            a = root;
-            f = h;
-            g *= 0.5;
-        } else {
-            b = root;
-            g = h;
-            f *= 0.5;
-        }
+    Bracket k = Bracket(a, b, f - iso, g - iso);
+    for (int i = 0; i < 6; i++) {
+        float root = bracket_guess(k);
+        bracket_narrow(k, root, cubic_at(root) - iso);
     }
-    return clamp(a + (b - a) * (f / (f == g ? 1.0 : f - g)), a, b);
+    return bracket_guess(k);
 }
 
 // One of five.
