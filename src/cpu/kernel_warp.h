@@ -74,6 +74,34 @@ PEL_INLINE v4 warp_color(const struct pel_shear *s, int32_t offset, float fu, fl
     return left + fu * (right - left);
 }
 
+#if PEL_AVX512
+
+/* Two pixels' pairs of rays in one vector. */
+PEL_INLINE __m512 warp_two(const float *first, const float *second)
+{
+    return _mm512_insertf32x8(_mm512_castps256_ps512(_mm256_loadu_ps(first)), _mm256_loadu_ps(second), 1);
+}
+
+/* Four pixels at once, to the bits that warp_color gives. */
+PEL_INLINE void warp_four(const struct pel_shear *s, const int32_t offset[4], const float fu[4], const float fv[4], float *to)
+{
+    const __m512i spread = _mm512_set_epi32(1, 1, 1, 1, 1, 1, 1, 1, 0, 0, 0, 0, 0, 0, 0, 0);
+    const __m512 down = _mm512_castps128_ps512(_mm_loadu_ps(fv)), along = _mm512_castps128_ps512(_mm_loadu_ps(fu));
+    const size_t below = (size_t)s->stride * 4;
+    __m512 mixed[2];
+    for (int i = 0; i < 2; i++) {
+        const float *a = s->rgba + (size_t)offset[2 * i] * 4, *b = s->rgba + (size_t)offset[2 * i + 1] * 4;
+        const __m512 upper = warp_two(a, b), lower = warp_two(a + below, b + below);
+        const __m512 weight = _mm512_permutexvar_ps(_mm512_add_epi32(spread, _mm512_set1_epi32(2 * i)), down);
+        mixed[i] = _mm512_add_ps(upper, _mm512_mul_ps(weight, _mm512_sub_ps(lower, upper)));
+    }
+    const __m512 left = _mm512_shuffle_f32x4(mixed[0], mixed[1], 0x88), right = _mm512_shuffle_f32x4(mixed[0], mixed[1], 0xdd);
+    const __m512 part = _mm512_permutexvar_ps(_mm512_set_epi32(3, 3, 3, 3, 2, 2, 2, 2, 1, 1, 1, 1, 0, 0, 0, 0), along);
+    _mm512_storeu_ps(to, _mm512_add_ps(left, _mm512_mul_ps(part, _mm512_sub_ps(right, left))));
+}
+
+#endif
+
 static void warp_row(const struct pel_job *job, const struct pel_shear *s, const struct pel_warp *p, int y)
 {
     float *to = job->rgba + (size_t)y * (size_t)job->width * 4;
@@ -89,7 +117,12 @@ static void warp_row(const struct pel_job *job, const struct pel_shear *s, const
         float fu[W], fv[W];
         const int count = end - x < W ? end - x : W;
         warp_places(s, p, at, x, offset, fu, fv);
-        for (int l = 0; l < count; l++) {
+        int l = 0;
+#if PEL_AVX512
+        for (; !p->split && !job->depth && l + 4 <= count; l += 4)
+            warp_four(s, offset + l, fu + l, fv + l, to + 4 * (x + l));
+#endif
+        for (; l < count; l++) {
             if (p->split && !pel_warp_belongs(job, p, x + l, y))
                 continue;
             v4 color = warp_color(s, offset[l], fu[l], fv[l]);
