@@ -90,11 +90,15 @@ bool pel_write_transfer(const char *path, const struct pel_transfer *transfer, s
 /* Scene file (JSON). Reading fills everything but scene->volume: the caller reads scene->source and sets it. Keys that are not known are
  * refused by name. What the file does not say keeps the value it had; `has` (nullable) tells which of the parts that are
  * otherwise chosen from the volume were said. */
-struct pel_scene_parts {
-    bool transfer, colors, opacities, unit_distance, camera, isosurfaces, slice;
-};
 bool pel_read_scene(const char *path, struct pel_scene *scene, struct pel_scene_parts *has, struct pel_error *error);
 bool pel_write_scene(const char *path, const struct pel_scene *scene, struct pel_error *error);
+
+/* The same from and to text in memory. Paths in it are relative to the file `path`, which need not exist; NULL: they are as the process
+ * sees them. Where the text is refused the scene stays as it was; messages begin with the key, "camera.parallel-scale: ". What to_text gives
+ * is to be freed, and reads back to the last bit; NULL where a number is not finite or a path is not UTF-8. */
+bool pel_scene_from_text(const char *text, size_t size, const char *path, struct pel_scene *scene, struct pel_scene_parts *has,
+                         struct pel_error *error);
+char *pel_scene_to_text(const struct pel_scene *scene, const char *path, struct pel_error *error);
 
 #pragma GCC visibility pop
 #ifdef __cplusplus
