@@ -4,14 +4,23 @@
 
 import { field, fromHex, h, hex, short } from './dom.js';
 
-/** A slider and a number that say the same. Wide ranges above 0 are logarithmic. */
-export function slider({ minimum, maximum, step, label, whole }, onchange) {
-    const logarithmic = minimum > 0 && maximum / minimum >= 1000;
-    const forward = logarithmic ? Math.log : (x) => x, back = logarithmic ? Math.exp : (x) => x;
-    const fine = step ?? (whole && maximum - minimum <= 1000 ? 1 : (maximum - minimum) / 1000);
+/** How values lie along a slider: logarithmic over some decades, spread towards 0 where what is usual is a small part of what may be. */
+function spacing(minimum, maximum, usual) {
+    const same = (x) => x;
+    if (minimum > 0 && maximum / minimum >= 100 && maximum / minimum <= 1e5)
+        return [Math.log, Math.exp];
+    if (minimum === 0 && usual > 0 && maximum / usual >= 8)
+        return [Math.cbrt, (x) => x ** 3];
+    return [same, same];
+}
+
+/** A slider and a number that say the same. */
+export function slider({ minimum, maximum, label, whole, usual }, onchange) {
+    const [forward, back] = spacing(minimum, maximum, usual);
+    const steps = whole && back(2) === 2 ? Math.min(maximum - minimum, 1000) : 1000;
     const range = h('input', {
         type: 'range', min: forward(minimum), max: forward(maximum), 'aria-label': label,
-        step: logarithmic ? (forward(maximum) - forward(minimum)) / 1000 : fine,
+        step: (forward(maximum) - forward(minimum)) / steps,
     });
     const number = h('input', { type: 'number', min: minimum, max: maximum, step: 'any', 'aria-label': label });
     const round = (x) => (whole ? Math.round(x) : Number(x.toPrecision(4)));
@@ -121,7 +130,7 @@ function control(row, onchange) {
     if (type === 'choice')
         return select(row.choices, onchange, label);
     if (type === 'int' || type === 'double')
-        return bounded ? slider({ minimum, maximum, label, whole }, onchange) : numberInput({ minimum, maximum, label, whole }, onchange);
+        return bounded ? slider({ minimum, maximum, label, whole, usual: Number(row.default) }, onchange) : numberInput({ minimum, maximum, label, whole }, onchange);
     if (type === 'color')
         return colorInput(onchange, label);
     if (vector || type === 'size')

@@ -12,6 +12,8 @@ export class Panels {
         this.rail = rail;
         this.host = host;
         watch(['panel'], () => this.#show());
+        /* As a sheet from below the panel leaves the picture what it does not take. */
+        new ResizeObserver(() => document.documentElement.style.setProperty('--sheet', `${host.offsetHeight}px`)).observe(host);
         host.addEventListener('keydown', (event) => {
             if (event.key === 'Escape') {
                 event.stopPropagation();

@@ -48,8 +48,8 @@ function pointFields(editor) {
 /** Logarithmic or linear counts, how opacity spreads near zero, the zoom of values. */
 function lookRow(editor) {
     const counts = select([['log', 'log counts'], ['linear', 'linear counts']], (kind) => prefer({ counts: kind }), 'Counts of the histogram');
-    const power = select([['1', 'opacity linear'], ['2', 'opacity fine near 0'], ['4', 'opacity finest near 0']], (p) => prefer({ power: Number(p) }), 'Scale of opacity');
-    const whole = button('Whole range', () => editor.update({}, { zoom: null }), { kind: 'small', title: 'Show all values again (wheel zooms, a drag on the ground pans)' });
+    const power = select([['1', 'opacity even'], ['2', 'opacity fine'], ['4', 'opacity finest']], (p) => prefer({ power: Number(p) }), 'Scale of opacity: how much room there is near zero');
+    const whole = button('All values', () => editor.zoomTo(-Infinity, Infinity), { kind: 'small', title: 'Show all values again (wheel zooms, a drag on the ground pans)' });
     watch(['preferences'], () => {
         const { counts: kind, power: p } = get('preferences');
         counts.update(kind);
@@ -62,7 +62,7 @@ function lookRow(editor) {
 /** What changes all points. */
 function wholeCurve(app, editor) {
     let from = null;
-    const strength = slider({ minimum: 0.05, maximum: 20, step: 0.01, label: 'Strength of all opacities' }, (factor, phase) => {
+    const strength = slider({ minimum: 0.05, maximum: 20, label: 'Strength of all opacities' }, (factor, phase) => {
         from ??= get('scene').transfer.opacities;
         editor.commit('opacities', scaleOpacity(from, factor), phase);
         if (phase === 'end') {
