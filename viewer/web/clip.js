@@ -90,9 +90,14 @@ class BoxLayer {
         this.#handles.forEach((handle, face) => {
             const at = toPixels(this.#middle(box, face));
             if (at)
-                attributes(handle, { cx: at[0], cy: at[1] });
+                attributes(handle, within(this.app.picture, at));
         });
     }
+}
+
+/** A handle stays in reach where its face is outside the picture or under the bar at the top: a drag is relative, so it works from there. */
+function within(picture, [x, y]) {
+    return { cx: clamp(x, 14, picture.clientWidth - 14), cy: clamp(y, 68, picture.clientHeight - 14) };
 }
 
 /** The layer of the planes: an arrow from where each stands to what it keeps. */
@@ -129,7 +134,7 @@ class PlanesLayer {
             const a = toPixels(origin), b = toPixels(add(origin, scale(unit(normal), diagonal() / 8)));
             if (a && b) {
                 attributes(line, { x1: a[0], y1: a[1], x2: b[0], y2: b[1] });
-                attributes(handle, { cx: a[0], cy: a[1] });
+                attributes(handle, within(this.app.picture, a));
             }
         });
     }
