@@ -123,14 +123,12 @@ export class Connection extends EventTarget {
             this.#socket.send(JSON.stringify({ do: 'shown', frame }));
     }
 
-    /** Of the commands that a frame shows: how long ago the oldest input among the last one's was, in ms; null where that was told before. */
-    latency(id) {
-        const from = this.#inputs.get(id);
-        for (const key of this.#inputs.keys()) {
-            if (key <= id)
-                this.#inputs.delete(key);
-        }
-        return from === undefined ? null : performance.now() - from;
+    /** Ages in ms of the inputs that a frame is the first to show: those up to the command `id`. */
+    latencies(id) {
+        const now = performance.now(), shown = [...this.#inputs].filter(([key]) => key <= id);
+        for (const [key] of shown)
+            this.#inputs.delete(key);
+        return shown.map(([, time]) => now - time);
     }
 
     newGesture() {
@@ -148,12 +146,12 @@ export class Connection extends EventTarget {
             this.send({ do: 'release' });
     }
 
-    /** A move of the camera, merged with those of its kind until the next animation frame. */
-    move(kind, by, gesture, at) {
+    /** A move of the camera, merged with those of its kind until the next animation frame; `time`: of its input event. */
+    move(kind, by, gesture, { at, time } = {}) {
         const before = this.#moves.get(kind);
         const sum = !before ? by : Array.isArray(by) ? [before.by[0] + by[0], before.by[1] + by[1]] : kind === 'zoom' ? before.by * by : before.by + by;
         this.#moves.set(kind, { do: kind, by: sum, gesture, ...(at ? { at } : {}) });
-        this.#schedule();
+        this.#schedule(time);
     }
 
     /** A part of the scene, merged by its keys until the next animation frame. */
@@ -169,8 +167,8 @@ export class Connection extends EventTarget {
         this.#schedule();
     }
 
-    #schedule() {
-        this.#inputTime ||= performance.now();
+    #schedule(time = performance.now()) {
+        this.#inputTime ||= time;
         if (!this.#scheduled) {
             this.#scheduled = true;
             requestAnimationFrame(() => this.#flush());

@@ -148,8 +148,9 @@ connection.addEventListener('frame', async ({ detail: { header, picture: data } 
     }
     connection.shown(header.frame);
     if (header.view === 'main' && target) {
-        meter.frame(performance.now(), connection.latency(header.id));
-        set({ frame: { header, fps: meter.fps, latency: meter.latency } });
+        const latencies = connection.latencies(header.id);
+        meter.frame(performance.now(), latencies);
+        set({ frame: { header, latencies, fps: meter.fps, latency: meter.latency } });
         document.body.classList.add('has-picture');
     }
 });

@@ -7,14 +7,11 @@ export class Meter {
     #shown = [];
     #latencies = [];
 
-    /** Call when a frame was drawn; latency in ms or null. */
-    frame(now, latency) {
+    /** Call when a frame was drawn, with the ages in ms of the inputs that it is the first to show. */
+    frame(now, latencies) {
         this.#shown.push(now);
         this.#shown = this.#shown.filter((time) => now - time <= WINDOW_MS);
-        if (latency !== null) {
-            this.#latencies.push(latency);
-            this.#latencies = this.#latencies.slice(-15);
-        }
+        this.#latencies = [...this.#latencies, ...latencies].slice(-30);
     }
 
     /** Frames a second over the last second; null where there were too few to say. */

@@ -2,7 +2,8 @@
 /* The one store: what the page knows. Whoever shows something subscribes to the keys that it shows; nobody else keeps a copy that lasts.
  *
  * hello, volume, scene, undo, redo, size, held   as the server's events told them (viewer/protocol.md)
- * frame      header of the main picture's last frame shown, with `arrived`, `latency`, `fps`
+ * frame      header of the main picture's last frame shown, with `latencies` of the inputs that it is the
+ *            first to show, and over the last ones `latency` and `fps`
  * link       "connecting" | "open" | "lost" | "refused"
  * panel      name of the open panel or null
  * layout     "one" | "four" (with slices)

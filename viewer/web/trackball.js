@@ -102,20 +102,20 @@ export class Trackball {
             return; /* may yet be a click; nothing of the way is lost, as `last` stays */
         this.#pointers.set(event.pointerId, now);
         if (this.#pointers.size >= 2)
-            this.#pinch(before, [...this.#pointers.values()]);
+            this.#pinch(before, [...this.#pointers.values()], event.timeStamp);
         else
-            this.#mouse(last, now);
+            this.#mouse(last, now, event.timeStamp);
     }
 
-    #mouse(last, now) {
+    #mouse(last, now, time) {
         const by = [now[0] - last[0], now[1] - last[1]];
         const { connection } = this;
         if (this.#action === 'zoom') /* VTK: 1.1 to the tenth for half the height */
-            connection.move('zoom', 1.1 ** (-20 * by[1]), this.#gesture);
+            connection.move('zoom', 1.1 ** (-20 * by[1]), this.#gesture, { time });
         else if (this.#action === 'roll')
-            connection.move('roll', this.#angle(last, now), this.#gesture);
+            connection.move('roll', this.#angle(last, now), this.#gesture, { time });
         else
-            connection.move(this.#action, by, this.#gesture);
+            connection.move(this.#action, by, this.#gesture, { time });
     }
 
     /** Degrees between two places, seen from the middle of the picture, counter-clockwise. */
@@ -126,15 +126,15 @@ export class Trackball {
         return turn - 360 * Math.round(turn / 360);
     }
 
-    #pinch(before, now) {
+    #pinch(before, now, time) {
         const [from, to] = [before.slice(0, 2), now.slice(0, 2)];
         const aspect = this.picture.area.width / this.picture.area.height;
         const a = mean(from), b = mean(to), u = apart(from, aspect), v = apart(to, aspect);
         const { connection } = this, gesture = this.#gesture;
-        connection.move('pan', [b[0] - a[0], b[1] - a[1]], gesture);
+        connection.move('pan', [b[0] - a[0], b[1] - a[1]], gesture, { time });
         const ratio = Math.hypot(...v) / (Math.hypot(...u) || 1);
         if (Number.isFinite(ratio) && ratio > 0)
-            connection.move('zoom', ratio, gesture, b.map((x) => Math.min(Math.max(x, 0), 1)));
+            connection.move('zoom', ratio, gesture, { at: b.map((x) => Math.min(Math.max(x, 0), 1)), time });
         const turn = ((Math.atan2(-v[1], v[0]) - Math.atan2(-u[1], u[0])) * 180) / Math.PI;
         connection.move('roll', turn - 360 * Math.round(turn / 360), gesture);
     }
@@ -151,7 +151,7 @@ export class Trackball {
         event.preventDefault();
         /* Lines and pages of some mice in pixels; a trackpad's pinch comes as a wheel with ctrl and small steps. */
         const steps = (event.deltaY * [1, 33, 400][event.deltaMode] * (event.ctrlKey ? 8 : 1)) / 100;
-        this.connection.move('zoom', 1.1 ** -Math.min(Math.max(steps, -5), 5), this.burst.touch());
+        this.connection.move('zoom', 1.1 ** -Math.min(Math.max(steps, -5), 5), this.burst.touch(), { time: event.timeStamp });
     }
 
     /** A key's move of the camera: kind and amount as in the protocol. */
