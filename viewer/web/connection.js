@@ -19,6 +19,7 @@ export class Connection extends EventTarget {
     #held = 0;
     #inputs = new Map();
     #inputTime = 0;
+    #early = [];
 
     /** @param {() => object} greeting  the `hello` command, asked for at each connection */
     constructor(greeting) {
@@ -49,8 +50,19 @@ export class Connection extends EventTarget {
         return this.#socket?.readyState === WebSocket.OPEN;
     }
 
+    /** Whoever listens is there now: what came before is told, and from now on all at once. */
+    listen() {
+        const early = this.#early;
+        this.#early = null;
+        for (const [type, detail] of early ?? [])
+            this.#tell(type, detail);
+    }
+
     #tell(type, detail) {
-        this.dispatchEvent(new CustomEvent(type, { detail }));
+        if (this.#early)
+            this.#early.push([type, detail]);
+        else
+            this.dispatchEvent(new CustomEvent(type, { detail }));
     }
 
     async #lost(socket) {

@@ -1,8 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 /* The page: puts the parts together, takes what the server says to the store, and holds the few actions that several parts share. */
 
-import './picture.js';
-import { Connection } from './connection.js';
 import { Edits } from './edits.js';
 import { Keys } from './keys.js';
 import { Messages } from './messages.js';
@@ -14,9 +12,10 @@ import { Progress, savePanel } from './save.js';
 import { Slices, slicesPanel } from './slices.js';
 import { Trackball } from './trackball.js';
 import { acceptDrops, filesPanel } from './files.js';
+import { connection, picture, wanted } from './begin.js';
 import { cameraPanel } from './camera-panel.js';
 import { clipPanel } from './clip.js';
-import { get, loadPreferences, prefer, set, watch } from './store.js';
+import { get, prefer, set, watch } from './store.js';
 import { renderPanel } from './render-panel.js';
 import { stretch } from './transfer-model.js';
 import { statusLine } from './status.js';
@@ -26,13 +25,6 @@ import { transferPanel } from './transfer-panel.js';
 const RESIZE_MS = 120;
 const $ = (id) => document.getElementById(id);
 
-loadPreferences({ theme: 'auto', resolution: '1', overlays: true, counts: 'log', power: 2 });
-set({ layout: 'one', tool: 'turn', panel: matchMedia('(min-width: 900px)').matches ? 'transfer' : null });
-
-const picture = $('main');
-const part = () => ({ 1: 1, css: 1 / (window.devicePixelRatio || 1), 0.5: 0.5 })[get('preferences').resolution] ?? 1;
-const wanted = () => picture.wanted(part());
-const connection = new Connection(() => ({ do: 'hello', size: wanted() }));
 const edits = new Edits(connection);
 const meter = new Meter();
 
@@ -190,4 +182,4 @@ $('theme').addEventListener('click', () => {
     const dark = getComputedStyle(document.documentElement).colorScheme.includes('dark');
     prefer({ theme: dark ? 'light' : 'dark' });
 });
-connection.connect();
+connection.listen();
