@@ -4,7 +4,7 @@
 import { attributes, button, clamp, field, h, svg } from './dom.js';
 import { checkbox, numbersInput, slider } from './controls.js';
 import { add, dot, length, scale, sub, unit } from './geometry.js';
-import { get, set, watch } from './store.js';
+import { get, watch } from './store.js';
 
 const MOST = 6;
 const EDGES = [[0, 1], [2, 3], [4, 5], [6, 7], [0, 2], [1, 3], [4, 6], [5, 7], [0, 4], [1, 5], [2, 6], [3, 7]];
@@ -175,7 +175,7 @@ function planeRow(app, index) {
         const { origin, normal } = planes()[index], n = unit(normal);
         change({ origin: add(origin, scale(n, x - dot(sub(origin, middle()), n))) }, phase);
     });
-    const normal = numbersInput(3, `Normal of plane ${index + 1}`, (n) => length(n) > 0 && change({ normal: n }));
+    const normal = numbersInput(3, `Normal of plane ${index + 1}`, (n) => length(n) > 0 && change({ normal: n }), 3);
     const row = h('div', { class: 'card' }, h('div', { class: 'row' }, h('span', { class: 'grow' }, `Plane ${index + 1}`),
         button('', () => change({ normal: scale(planes()[index].normal, -1) }), { icon: 'flip', kind: 'plain', title: 'Keep the other side' }),
         button('', () => app.edits.apply({ 'clip-planes': planes().filter((_, i) => i !== index) }), { icon: 'trash', kind: 'plain', title: 'Remove this plane' })),

@@ -101,15 +101,23 @@ export function colorInput(onchange, label) {
     return element;
 }
 
-/** Several numbers side by side, told together. */
-export function numbersInput(count, label, onchange) {
+/** Several numbers side by side, told together; those that were not touched with all their digits, of which `digits` are shown. */
+export function numbersInput(count, label, onchange, digits = 5) {
+    let shown = [];
     const inputs = Array.from({ length: count }, (_, i) => h('input', { type: 'number', step: 'any', 'aria-label': `${label} ${'xyzuvw'[i]}` }));
     const element = h('div', { class: 'numbers' }, inputs);
-    element.addEventListener('change', () => inputs.every((input) => input.value !== '') && onchange(inputs.map((input) => Number(input.value)), 'end'));
-    element.update = (values) => inputs.forEach((input, i) => {
-        if (document.activeElement !== input)
-            input.value = values?.[i] === undefined ? '' : short(values[i], 5);
+    element.addEventListener('change', (event) => {
+        const values = inputs.map((input, i) => (input === event.target || shown[i] === undefined ? input.valueAsNumber : shown[i]));
+        if (values.every(Number.isFinite))
+            onchange(values, 'end');
     });
+    element.update = (values) => {
+        shown = values ?? [];
+        inputs.forEach((input, i) => {
+            if (document.activeElement !== input)
+                input.value = shown[i] === undefined ? '' : short(shown[i], digits);
+        });
+    };
     return element;
 }
 

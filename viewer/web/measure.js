@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /* The probe under the pointer, and distances between two places that were clicked. */
 
-import { attributes, button, field, h, short, svg } from './dom.js';
+import { button, field, h, short, svg } from './dom.js';
 import { numberInput } from './controls.js';
 import { length, sub } from './geometry.js';
 import { get, set, watch } from './store.js';

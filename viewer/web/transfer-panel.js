@@ -2,11 +2,11 @@
 /* The panel of the transfer function and the isovalues: the editor, the chosen point in numbers, colour maps, import and export. */
 
 import './transfer-editor.js';
-import { button, field, fromHex, h, hex, short } from './dom.js';
-import { checkbox, colorInput, numberInput, select, slider } from './controls.js';
+import { button, field, h } from './dom.js';
+import { colorInput, numberInput, select, slider } from './controls.js';
 import { colormapGrid } from './colormaps.js';
 import { get, prefer, watch } from './store.js';
-import { bandOf, move, moveBand, scaleOpacity, simplify } from './transfer-model.js';
+import { bandOf, move, scaleOpacity, simplify } from './transfer-model.js';
 
 /** The chosen point as numbers and, of a colour point, its colour. */
 function pointFields(editor) {
