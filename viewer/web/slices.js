@@ -10,6 +10,19 @@ import { get, set, watch } from './store.js';
 const COLORS = ['#ff6b6b', '#6bd968', '#6fa8ff'];
 const VIEWS = ['slice-i', 'slice-j', 'slice-k'];
 
+/** A window that shows tissue: from the least value to where all but half a hundredth of what is not the background (the fullest bin) lie below. */
+function usualWindow({ range, histogram }) {
+    const { lo, hi, counts } = histogram ?? { counts: [] };
+    const ground = counts.indexOf(Math.max(...counts));
+    const rest = counts.map((n, i) => (i === ground ? 0 : n)), all = rest.reduce((sum, n) => sum + n, 0);
+    if (!(all > 0))
+        return [...range];
+    let sum = 0;
+    const top = rest.findIndex((n) => (sum += n) >= 0.995 * all);
+    const high = lo + ((top + 1) * (hi - lo)) / counts.length;
+    return high > range[0] ? [range[0], Math.min(high, range[1])] : [...range];
+}
+
 /** One of the three pictures. */
 class Slice {
     #drag = null;
@@ -145,7 +158,7 @@ export class Slices {
         const volume = get('volume');
         this.matrix = flat(volume.index_to_world);
         this.inverse = invert(this.matrix);
-        this.window = [...volume.range];
+        this.window = usualWindow(volume);
         this.at = transform(this.matrix, volume.dims.map((n) => Math.floor(n / 2)));
         this.#told();
         if (this.on)
