@@ -1,0 +1,80 @@
+/* SPDX-License-Identifier: MIT */
+/* Changes of the scene: shown in the page at once, sent merged, and undone as one where a hand made them in one move. What the session says
+ * of the scene meanwhile is older than the hand and waits until it rests. */
+
+import { get, set } from './store.js';
+
+const REST_MS = 160;
+
+/** `scene` with a part of it replaced, by its keys, one level deep. */
+export function merged(scene, part) {
+    const out = { ...scene };
+    for (const [key, value] of Object.entries(part)) {
+        const both = [out[key], value].every((v) => v && typeof v === 'object' && !Array.isArray(v));
+        out[key] = both ? { ...out[key], ...value } : value;
+    }
+    /* Colours that were moved are no longer the map that they came from. */
+    if (part.transfer?.colors && !part.transfer.colormap)
+        delete out.transfer.colormap;
+    return out;
+}
+
+export class Edits {
+    #gesture = 0;
+    #state = null;
+    #timer = 0;
+
+    constructor(connection) {
+        this.connection = connection;
+    }
+
+    /**
+     * @param {object} part   keys of a scene file
+     * @param {"start"|"move"|"end"} phase   "end" alone is a change of one step
+     */
+    apply(part, phase = 'end') {
+        if (!get('scene'))
+            return;
+        if (phase !== 'end' && !this.#gesture) {
+            this.#gesture = this.connection.newGesture();
+            this.connection.hold();
+        }
+        set({ scene: merged(get('scene'), part) });
+        this.connection.edit(part, this.#gesture || this.connection.newGesture());
+        if (phase === 'end' && this.#gesture) {
+            this.connection.release();
+            this.#gesture = 0;
+        }
+        this.#rest();
+    }
+
+    #rest() {
+        clearTimeout(this.#timer);
+        this.#timer = setTimeout(() => {
+            this.#timer = 0;
+            if (this.#state && !this.#gesture)
+                set(this.#state);
+            else if (this.#gesture)
+                this.#rest();
+            this.#state = this.#gesture ? this.#state : null;
+        }, REST_MS);
+    }
+
+    /** What the session says: taken now, or once the hand rests. */
+    state(event) {
+        const news = { scene: event.scene, undo: event.undo, redo: event.redo, size: event.size, held: event.held };
+        if (this.#timer || this.#gesture) {
+            this.#state = news;
+            const { scene, ...rest } = news;
+            set(rest);
+        } else {
+            set(news);
+        }
+    }
+
+    /** The connection was lost: no hand holds anything. */
+    drop() {
+        this.#gesture = 0;
+        this.#state = null;
+    }
+}

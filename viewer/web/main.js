@@ -1,0 +1,185 @@
+/* SPDX-License-Identifier: MIT */
+/* The page: puts the parts together, takes what the server says to the store, and holds the few actions that several parts share. */
+
+import { Edits } from './edits.js';
+import { Keys } from './keys.js';
+import { Messages } from './messages.js';
+import { Meter } from './meter.js';
+import { Overlay } from './overlay.js';
+import { Panels } from './panels.js';
+import { Probe, measureClick, measurePanel } from './measure.js';
+import { Progress, savePanel } from './save.js';
+import { Slices, slicesPanel } from './slices.js';
+import { Trackball } from './trackball.js';
+import { acceptDrops, filesPanel } from './files.js';
+import { connection, picture, wanted } from './begin.js';
+import { cameraPanel } from './camera-panel.js';
+import { clipPanel } from './clip.js';
+import { get, prefer, set, watch } from './store.js';
+import { renderPanel } from './render-panel.js';
+import { stretch } from './transfer-model.js';
+import { statusLine } from './status.js';
+import { surfacesPanel } from './surfaces-panel.js';
+import { transferPanel } from './transfer-panel.js';
+
+const RESIZE_MS = 120;
+const $ = (id) => document.getElementById(id);
+
+const edits = new Edits(connection);
+const meter = new Meter();
+
+/** What the parts share. */
+const app = {
+    connection, edits, picture,
+
+    /** A promise whose failure is told in words; undefined then. Anything else passes. */
+    async guard(promise) {
+        try {
+            return await promise;
+        } catch (error) {
+            app.messages.error(error.message);
+            return undefined;
+        }
+    },
+
+    /** A command that ends in a file: asks, then saves it. */
+    async download(command) {
+        set({ busy: command.do });
+        const file = await app.guard(connection.ask(command, 'download'));
+        set({ busy: null });
+        app.progress.hide();
+        if (!file)
+            return;
+        const link = document.createElement('a');
+        Object.assign(link, { href: file.url, download: file.name });
+        link.click();
+        app.messages.tell(`Saved ${file.name}.`);
+    },
+
+    look(axis, sign) {
+        connection.send({ do: 'view', axis: (sign > 0 ? '+' : '-') + axis, gesture: connection.newGesture() });
+    },
+
+    undo() {
+        connection.send({ do: 'undo' });
+    },
+
+    redo() {
+        connection.send({ do: 'redo' });
+    },
+
+    /** A mode; what it needs and is not there yet is chosen by the session. */
+    setMode(mode) {
+        const scene = get('scene');
+        if (mode === 'isosurface' && !scene?.isosurfaces?.length)
+            connection.send({ do: 'automatic', what: 'isosurfaces' });
+        edits.apply({ render: { mode } });
+    },
+
+    /** The colours over another range of values. */
+    stretchColors(lo, hi, name) {
+        if (name)
+            connection.send({ do: 'colormap', name, range: [lo, hi] });
+        else
+            edits.apply({ transfer: { colors: stretch(get('scene').transfer.colors, lo, hi) } });
+    },
+};
+
+app.messages = new Messages($('messages'), $('banner'), () => connection.connect());
+app.progress = new Progress($('progress'));
+app.probe = new Probe(app);
+app.trackball = new Trackball(picture, connection, {
+    click: (at) => get('tool') === 'measure' && measureClick(app, at),
+    hover: (at) => app.probe.hover(at),
+});
+app.overlay = new Overlay(app, picture);
+app.slices = new Slices(app, $('stage'));
+app.panels = new Panels($('rail'), $('panels'));
+for (const panel of [
+    { name: 'transfer', title: 'Transfer function', short: 'Transfer', icon: 'transfer', key: 'T', content: transferPanel(app), wide: true },
+    { name: 'surfaces', title: 'Isosurfaces', short: 'Surfaces', icon: 'surface', key: 'I', content: surfacesPanel(app) },
+    { name: 'render', title: 'Rendering', short: 'Render', icon: 'render', key: 'E', content: renderPanel(app) },
+    { name: 'clip', title: 'Clipping', short: 'Clip', icon: 'clip', key: 'C', content: clipPanel(app) },
+    { name: 'slices', title: 'Slices', icon: 'slices', key: 'L', content: slicesPanel(app) },
+    { name: 'measure', title: 'Probe and measure', short: 'Measure', icon: 'measure', key: 'P', content: measurePanel(app) },
+    { name: 'camera', title: 'Camera and view', short: 'Camera', icon: 'camera', key: 'V', content: cameraPanel(app) },
+    { name: 'file', title: 'File', icon: 'file', key: 'D', content: filesPanel(app) },
+    { name: 'save', title: 'Save', icon: 'save', key: 'W', content: savePanel(app) },
+])
+    app.panels.add(panel);
+app.keys = new Keys(app, $('help'));
+acceptDrops(app, $('drop'));
+statusLine($('status'));
+
+/* ---- what the server says ---- */
+
+const told = {
+    hello: (event) => set({ hello: event }),
+    volume: (event) => set({ volume: event, cursor: null }),
+    state: (event) => edits.state(event),
+    error: (event) => app.messages.error(event.message),
+    progress: ({ what, done }) => {
+        if (done >= 1)
+            app.progress.hide();
+        else
+            app.progress.show({ movie: 'Drawing the movie', picture: 'Drawing the picture', open: 'Reading the file' }[what] ?? what, done, () => connection.send({ do: 'cancel' }));
+    },
+};
+connection.addEventListener('event', ({ detail }) => told[detail.event]?.(detail));
+connection.addEventListener('link', ({ detail }) => {
+    set({ link: detail });
+    if (detail.state !== 'open')
+        edits.drop();
+});
+connection.addEventListener('frame', async ({ detail: { header, picture: data } }) => {
+    const target = header.view === 'main' ? picture : app.slices.pictures[header.view];
+    try {
+        await target?.show(header, data);
+    } catch {
+        app.messages.error('A picture came that the browser cannot decode. Reload the page; if it stays so, use another browser.');
+    }
+    connection.shown(header.frame);
+    if (header.view === 'main' && target) {
+        const latencies = connection.latencies(header.id);
+        meter.frame(performance.now(), latencies);
+        set({ frame: { header, latencies, fps: meter.fps, latency: meter.latency } });
+        document.body.classList.add('has-picture');
+    }
+});
+
+/* ---- the page itself ---- */
+
+let resizing = 0;
+function resize() {
+    clearTimeout(resizing);
+    resizing = setTimeout(() => connection.open && connection.send({ do: 'size', size: wanted() }), RESIZE_MS);
+}
+picture.addEventListener('resized', resize);
+let resolution = get('preferences').resolution;
+watch(['preferences'], () => {
+    const { theme, resolution: now } = get('preferences');
+    document.documentElement.dataset.theme = theme;
+    if (now !== resolution)
+        resize();
+    resolution = now;
+    app.editor.draw();
+});
+watch(['volume'], () => {
+    const { name, path } = get('volume');
+    const file = (path ?? '').split('/').filter(Boolean).at(-1) ?? name;
+    $('name').textContent = file;
+    $('dims').textContent = `${get('volume').dims.join(' × ')} ${get('volume').type}`;
+    document.title = `${file} – Pellucid`;
+});
+watch(['undo', 'redo'], () => {
+    $('undo').disabled = !get('undo');
+    $('redo').disabled = !get('redo');
+});
+$('undo').addEventListener('click', () => app.undo());
+$('redo').addEventListener('click', () => app.redo());
+$('help-button').addEventListener('click', () => app.keys.help());
+$('theme').addEventListener('click', () => {
+    const dark = getComputedStyle(document.documentElement).colorScheme.includes('dark');
+    prefer({ theme: dark ? 'light' : 'dark' });
+});
+connection.listen();
