@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: MIT */
-/* What the tests of the page share: TAP, the shipped viewer as a child, headless Chromium, and what goes over the WebSocket, seen from outside. */
+/* What the tests of the page share: TAP, the shipped viewer as a child, headless Chromium, and what goes over the WebSocket, seen from
+ * outside. */
 
 import { spawn, spawnSync } from 'node:child_process';
 import { createHash } from 'node:crypto';
@@ -20,8 +21,7 @@ export function test(name, run) {
 }
 
 export function assert(condition, message) {
-    if (!condition)
-        throw new Error(message);
+    if (!condition) throw new Error(message);
 }
 
 export function equal(actual, expected, message) {
@@ -35,16 +35,16 @@ function skip(reason) {
 
 /** Playwright's driver, or the whole program is skipped with a reason. */
 function driver() {
-    const installed = spawnSync('sh', [path.join(root, 'tests/web/install.sh'), path.join(root, 'tests/web'), packages], { encoding: 'utf8' });
-    if (installed.status !== 0)
-        skip(installed.stdout.trim() || String(installed.error));
+    const installed = spawnSync('sh', [path.join(root, 'tests/web/install.sh'), path.join(root, 'tests/web'), packages], {
+        encoding: 'utf8',
+    });
+    if (installed.status !== 0) skip(installed.stdout.trim() || String(installed.error));
     return createRequire(path.join(packages, 'package.json'))('playwright-core');
 }
 
 export async function launch() {
     const executablePath = process.env.PELLUCID_CHROMIUM || BROWSERS.find((file) => existsSync(file));
-    if (!executablePath)
-        skip('no Chromium here: scripts/deps check installs it, or set PELLUCID_CHROMIUM');
+    if (!executablePath) skip('no Chromium here: scripts/deps check installs it, or set PELLUCID_CHROMIUM');
     return driver().chromium.launch({ executablePath, args: ['--no-sandbox', '--disable-gpu', '--disable-dev-shm-usage'] });
 }
 
@@ -57,8 +57,7 @@ export async function view(file, ...options) {
         const read = (chunk) => {
             text += chunk;
             const found = /http:\/\/\S+/.exec(text);
-            if (found && text.includes('\n'))
-                resolve(found[0]);
+            if (found && text.includes('\n')) resolve(found[0]);
         };
         child.stdout.on('data', read);
         child.stderr.on('data', read);
@@ -71,8 +70,7 @@ export async function view(file, ...options) {
         async stop() {
             child.kill('SIGTERM');
             const status = await Promise.race([ended, sleep(10000).then(() => 'hung')]);
-            if (status === 'hung')
-                child.kill('SIGKILL');
+            if (status === 'hung') child.kill('SIGKILL');
             return status;
         },
     };
@@ -109,7 +107,13 @@ export class Face {
         }
         const length = payload.readUInt32LE(0);
         const header = JSON.parse(payload.subarray(4, 4 + length).toString('utf8'));
-        this.frames.push({ header, hash: createHash('sha256').update(payload.subarray(4 + length)).digest('hex'), time: performance.now() });
+        this.frames.push({
+            header,
+            hash: createHash('sha256')
+                .update(payload.subarray(4 + length))
+                .digest('hex'),
+            time: performance.now(),
+        });
     }
 
     main() {
@@ -158,8 +162,7 @@ export class Face {
         await mouse.down({ button });
         for (let i = 1; i <= steps; i++) {
             await mouse.move(from[0] + ((to[0] - from[0]) * i) / steps, from[1] + ((to[1] - from[1]) * i) / steps);
-            if (pause)
-                await sleep(pause);
+            if (pause) await sleep(pause);
         }
         await mouse.up({ button });
     }
@@ -177,8 +180,7 @@ export class Face {
 }
 
 export function note(text) {
-    for (const line of String(text).split('\n'))
-        console.log(`# ${line}`);
+    for (const line of String(text).split('\n')) console.log(`# ${line}`);
 }
 
 /** Runs what `test` gathered. */

@@ -7,12 +7,10 @@ if [ -d "$target/node_modules/playwright-core" ] && cmp -s "$source/package-lock
     exit 0
 fi
 mkdir -p "$target"
-cp "$source/package.json" "$target/"
+cp "$source/package.json" "$source/package-lock.json" "$target/"
 export PLAYWRIGHT_SKIP_BROWSER_DOWNLOAD=1
-rm -f "$target/package-lock.json"
-cp "$source/package-lock.json" "$target/.lock"
-if ! (cd "$target" && cp .lock package-lock.json && npm ci --no-audit --no-fund --fetch-retries 1 --fetch-timeout 20000 >npm.log 2>&1); then
-    rm -f "$target/package-lock.json"
-    echo "npm ci failed, see $target/npm.log: $(grep -m 1 'npm err' "$target/npm.log" || tail -n 1 "$target/npm.log")"
+if ! (cd "$target" && npm ci --no-audit --no-fund --fetch-retries 1 --fetch-timeout 20000 >npm.log 2>&1); then
+    rm -f "$target/package-lock.json" # so that the next run tries again
+    echo "npm ci failed: $(grep -i -m 1 'npm err' "$target/npm.log" || tail -n 1 "$target/npm.log")"
     exit 1
 fi

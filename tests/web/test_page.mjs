@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: MIT */
-/* The page itself: keys, narrow windows, contrast, names of controls, and the parts that need no server (points of a transfer function, geometry). */
+/* The page itself: keys, narrow windows, contrast, names of controls, and the parts that need no server (points of a transfer
+ * function, geometry). */
 
 import { spawnSync } from 'node:child_process';
 import { mkdtempSync, rmSync } from 'node:fs';
@@ -18,8 +19,7 @@ const PANELS = ['transfer', 'surfaces', 'render', 'clip', 'slices', 'measure', '
 
 /** Opens a panel whatever was open. */
 async function open(page, name) {
-    if (await page.locator(`#panel-${name}`).isHidden())
-        await page.click(`#open-${name}`);
+    if (await page.locator(`#panel-${name}`).isHidden()) await page.click(`#open-${name}`);
 }
 
 test('keys open panels, the list of keys and the editor', async () => {
@@ -32,7 +32,7 @@ test('keys open panels, the list of keys and the editor', async () => {
     await page.keyboard.press('?');
     await page.waitForSelector('dialog[open]');
     await page.keyboard.press('Escape');
-    assert(!await page.locator('dialog').isVisible(), 'Escape closes the list');
+    assert(!(await page.locator('dialog').isVisible()), 'Escape closes the list');
     const opacity = face.scene.transfer.opacities.map((p) => p[1]).join();
     await page.locator('.points').focus();
     await page.keyboard.press('PageDown');
@@ -43,22 +43,31 @@ test('keys open panels, the list of keys and the editor', async () => {
 });
 
 test('Tab reaches the picture, the rail and the controls of the panel', async () => {
-    const { page } = face, seen = new Set();
+    const { page } = face,
+        seen = new Set();
     await page.evaluate(() => document.activeElement?.blur());
     for (let i = 0; i < 60; i++) {
         await page.keyboard.press('Tab');
-        seen.add(await page.evaluate(() => document.activeElement.id || document.activeElement.className?.baseVal || document.activeElement.className));
+        seen.add(
+            await page.evaluate(
+                () => document.activeElement.id || document.activeElement.className?.baseVal || document.activeElement.className,
+            ),
+        );
     }
     for (const wanted of ['main', 'open-transfer', 'open-save', 'points', 'colormap'])
         assert(seen.has(wanted), `Tab does not reach ${wanted}`);
 });
 
 test('every control has a name, every option row a control', async () => {
-    const { page } = face, hello = face.events.find(({ event }) => event === 'hello');
+    const { page } = face,
+        hello = face.events.find(({ event }) => event === 'hello');
     for (const name of PANELS) {
         await open(page, name);
-        const nameless = await page.evaluate(() => [...document.querySelectorAll('button, input, select')].filter((e) => e.offsetParent
-            && !(e.getAttribute('aria-label') || e.textContent.trim() || e.title || e.labels?.length)).map((e) => e.outerHTML));
+        const nameless = await page.evaluate(() =>
+            [...document.querySelectorAll('button, input, select')]
+                .filter((e) => e.offsetParent && !(e.getAttribute('aria-label') || e.textContent.trim() || e.title || e.labels?.length))
+                .map((e) => e.outerHTML),
+        );
         equal(nameless.join('\n'), '', `controls without a name in ${name}`);
     }
     const rows = [...hello.options.render.filter((row) => row.name !== 'mode'), ...hello.options.camera].map((row) => row.name);
@@ -87,15 +96,28 @@ test('no panel overflows a phone in portrait', async () => {
     for (const name of PANELS) {
         await open(phone.page, name);
         const wide = await phone.page.evaluate((panel) => {
-            const out = [...document.querySelectorAll(`#panel-${panel} *`)].filter((e) => e.getClientRects().length && !e.closest('svg svg, .hidden, clipPath')
-                && !(e instanceof SVGElement) && (e.getBoundingClientRect().right > innerWidth + 0.5 || e.getBoundingClientRect().left < -0.5));
+            const out = [...document.querySelectorAll(`#panel-${panel} *`)].filter(
+                (e) =>
+                    e.getClientRects().length &&
+                    !e.closest('svg svg, .hidden, clipPath') &&
+                    !(e instanceof SVGElement) &&
+                    (e.getBoundingClientRect().right > innerWidth + 0.5 || e.getBoundingClientRect().left < -0.5),
+            );
             const page = document.scrollingElement.scrollWidth > innerWidth;
             const body = document.querySelector(`#panel-${panel} .panel-body`);
-            return [page && 'the page', body.scrollWidth > body.clientWidth && 'the panel', ...out.map((e) => e.outerHTML.slice(0, 120))].filter(Boolean);
+            return [
+                page && 'the page',
+                body.scrollWidth > body.clientWidth && 'the panel',
+                ...out.map((e) => e.outerHTML.slice(0, 120)),
+            ].filter(Boolean);
         }, name);
         equal(wide.join('\n'), '', `what is too wide in ${name}`);
     }
-    const [picture, sheet] = await phone.page.evaluate(() => [document.querySelector('#main').getBoundingClientRect(), document.querySelector('#panels').getBoundingClientRect()].map((r) => r.toJSON()));
+    const [picture, sheet] = await phone.page.evaluate(() =>
+        [document.querySelector('#main').getBoundingClientRect(), document.querySelector('#panels').getBoundingClientRect()].map((r) =>
+            r.toJSON(),
+        ),
+    );
     assert(picture.bottom < sheet.top + 20 && picture.height > 150, 'the picture stays in sight above the sheet');
     equal(phone.complaints.join('\n'), '', 'complaints of the browser');
     await phone.close();
@@ -104,16 +126,23 @@ test('no panel overflows a phone in portrait', async () => {
 test('a finger turns the picture', async () => {
     const phone = await Face.open(browser, server.address, { viewport: { width: 390, height: 700 }, hasTouch: true, isMobile: true });
     await phone.rest();
-    const client = await phone.page.context().newCDPSession(phone.page), [x, y] = await phone.middle('#main');
-    const touch = (type, points) => client.send('Input.dispatchTouchEvent', { type, touchPoints: points.map(([px, py], id) => ({ x: px, y: py, id })) });
+    const client = await phone.page.context().newCDPSession(phone.page),
+        [x, y] = await phone.middle('#main');
+    const touch = (type, points) =>
+        client.send('Input.dispatchTouchEvent', { type, touchPoints: points.map(([px, py], id) => ({ x: px, y: py, id })) });
     await touch('touchStart', [[x, y]]);
-    for (let i = 1; i <= 6; i++)
-        await touch('touchMove', [[x + 12 * i, y]]);
+    for (let i = 1; i <= 6; i++) await touch('touchMove', [[x + 12 * i, y]]);
     await touch('touchEnd', []);
     await phone.until(() => phone.lastSent('rotate'), 'a rotation');
-    await touch('touchStart', [[x - 40, y], [x + 40, y]]);
+    await touch('touchStart', [
+        [x - 40, y],
+        [x + 40, y],
+    ]);
     for (let i = 1; i <= 6; i++)
-        await touch('touchMove', [[x - 40 - 6 * i, y], [x + 40 + 6 * i, y]]);
+        await touch('touchMove', [
+            [x - 40 - 6 * i, y],
+            [x + 40 + 6 * i, y],
+        ]);
     await touch('touchEnd', []);
     await phone.until(() => phone.sent.filter((c) => c.do === 'zoom').reduce((f, c) => f * c.by, 1) > 1.3, 'a pinch to zoom');
     const count = (kind) => phone.sent.filter((c) => c.do === kind).length;
@@ -126,18 +155,34 @@ test('writing has the contrast of WCAG AA in both themes', async () => {
     for (const colorScheme of ['dark', 'light']) {
         const themed = await Face.open(browser, server.address, { colorScheme });
         const poor = await themed.page.evaluate(() => {
-            const style = getComputedStyle(document.documentElement), probe = document.body.appendChild(document.createElement('i'));
+            const style = getComputedStyle(document.documentElement),
+                probe = document.body.appendChild(document.createElement('i'));
             const luminance = (name) => {
                 probe.style.color = style.getPropertyValue(name);
-                const [r, g, b] = getComputedStyle(probe).color.match(/[\d.]+/g).map((v) => v / 255).map((c) => (c <= 0.04045 ? c / 12.92 : ((c + 0.055) / 1.055) ** 2.4));
+                const [r, g, b] = getComputedStyle(probe)
+                    .color.match(/[\d.]+/g)
+                    .map((v) => v / 255)
+                    .map((c) => (c <= 0.04045 ? c / 12.92 : ((c + 0.055) / 1.055) ** 2.4));
                 return 0.2126 * r + 0.7152 * g + 0.0722 * b;
             };
-            const pairs = [['--text', '--panel'], ['--text', '--raised'], ['--soft', '--panel'], ['--soft', '--raised'], ['--on-accent', '--accent'], ['--text', '--ground']];
-            return pairs.map(([a, b]) => [a, b, luminance(a), luminance(b)]).map(([a, b, u, v]) => [a, b, (Math.max(u, v) + 0.05) / (Math.min(u, v) + 0.05)])
-                .filter(([, , ratio]) => ratio < 4.5).map((row) => row.join(' '));
+            const pairs = [
+                ['--text', '--panel'],
+                ['--text', '--raised'],
+                ['--soft', '--panel'],
+                ['--soft', '--raised'],
+                ['--on-accent', '--accent'],
+                ['--text', '--ground'],
+            ];
+            return pairs
+                .map(([a, b]) => [a, b, luminance(a), luminance(b)])
+                .map(([a, b, u, v]) => [a, b, (Math.max(u, v) + 0.05) / (Math.min(u, v) + 0.05)])
+                .filter(([, , ratio]) => ratio < 4.5)
+                .map((row) => row.join(' '));
         });
         equal(poor.join('\n'), '', `poor contrasts, ${colorScheme}`);
-        const ground = await themed.page.evaluate(() => getComputedStyle(document.querySelector('#top')).backgroundColor.match(/\d+/g).map(Number)[0]);
+        const ground = await themed.page.evaluate(
+            () => getComputedStyle(document.querySelector('#top')).backgroundColor.match(/\d+/g).map(Number)[0],
+        );
         assert(colorScheme === 'dark' ? ground < 80 : ground > 200, `the ${colorScheme} theme has panels of brightness ${ground}`);
         await themed.close();
     }
@@ -145,22 +190,67 @@ test('writing has the contrast of WCAG AA in both themes', async () => {
 
 test('points of a transfer function', async () => {
     const wrong = await face.page.evaluate(async () => {
-        const m = await import('./transfer-model.js'), out = [];
-        const is = (what, actual, expected) => JSON.stringify(actual) === JSON.stringify(expected) || out.push(`${what}: ${JSON.stringify(actual)}`);
-        const curve = [[0, 0], [10, 0.5], [20, 0], [30, 1]];
+        const m = await import('./transfer-model.js'),
+            out = [];
+        const is = (what, actual, expected) =>
+            JSON.stringify(actual) === JSON.stringify(expected) || out.push(`${what}: ${JSON.stringify(actual)}`);
+        const curve = [
+            [0, 0],
+            [10, 0.5],
+            [20, 0],
+            [30, 1],
+        ];
         is('between', m.evaluate(curve, 5), [0.25]);
         is('before', m.evaluate(curve, -5), [0]);
         is('after', m.evaluate(curve, 99), [1]);
-        is('insert', m.insert(curve, 15), { points: [[0, 0], [10, 0.5], [15, 0.25], [20, 0], [30, 1]], index: 2 });
+        is('insert', m.insert(curve, 15), {
+            points: [
+                [0, 0],
+                [10, 0.5],
+                [15, 0.25],
+                [20, 0],
+                [30, 1],
+            ],
+            index: 2,
+        });
         is('insert last', m.insert(curve, 40, [1]).index, 4);
         is('remove', m.remove(curve, 1).length, 3);
         is('remove the last', m.remove([[1, 1]], 0), [[1, 1]]);
         is('move stops at the neighbour', m.setOpacity(curve, 1, 25, 2)[1], [20, 1]);
         is('band', m.bandOf(curve, 1), [0, 2]);
-        is('band moves', m.moveBand(curve, 0, 2, 5), [[5, 0], [15, 0.5], [25, 0], [30, 1]]);
-        is('band stops', m.moveBand(curve, 0, 2, 50).map((p) => p[0]), [10, 20, 30, 30]);
-        is('simplify', m.simplify([[0, 0], [1, 0.1], [2, 0.2], [3, 0.9]], 0.01), [[0, 0], [2, 0.2], [3, 0.9]]);
-        is('stretch', m.stretch(curve, 0, 60).map((p) => p[0]), [0, 20, 40, 60]);
+        is('band moves', m.moveBand(curve, 0, 2, 5), [
+            [5, 0],
+            [15, 0.5],
+            [25, 0],
+            [30, 1],
+        ]);
+        is(
+            'band stops',
+            m.moveBand(curve, 0, 2, 50).map((p) => p[0]),
+            [10, 20, 30, 30],
+        );
+        is(
+            'simplify',
+            m.simplify(
+                [
+                    [0, 0],
+                    [1, 0.1],
+                    [2, 0.2],
+                    [3, 0.9],
+                ],
+                0.01,
+            ),
+            [
+                [0, 0],
+                [2, 0.2],
+                [3, 0.9],
+            ],
+        );
+        is(
+            'stretch',
+            m.stretch(curve, 0, 60).map((p) => p[0]),
+            [0, 20, 40, 60],
+        );
         is('segment', m.segmentOf(curve, 12), [1, 2]);
         return out;
     });
@@ -169,17 +259,31 @@ test('points of a transfer function', async () => {
 
 test('the camera of a frame projects and unprojects', async () => {
     const wrong = await face.page.evaluate(async () => {
-        const g = await import('./geometry.js'), out = [];
+        const g = await import('./geometry.js'),
+            out = [];
         const near = (what, a, b) => a.every((x, i) => Math.abs(x - b[i]) < 1e-9) || out.push(`${what}: ${a}`);
         for (const parallel of [false, true]) {
-            const view = new g.View({ 'camera-position': [3, -8, 5], 'camera-focal-point': [1, 1, 1], 'camera-view-up': [0, 0, 1], 'camera-view-angle': 40, parallel, 'parallel-scale': 3 }, 1.5);
+            const view = new g.View(
+                {
+                    'camera-position': [3, -8, 5],
+                    'camera-focal-point': [1, 1, 1],
+                    'camera-view-up': [0, 0, 1],
+                    'camera-view-angle': 40,
+                    parallel,
+                    'parallel-scale': 3,
+                },
+                1.5,
+            );
             near('the focal point is in the middle', view.project([1, 1, 1]).slice(0, 2), [0.5, 0.5]);
             near('there and back', view.project(view.unproject(0.2, 0.9)).slice(0, 2), [0.2, 0.9]);
         }
         const m = [2, 0.5, 0, 7, 0, 3, 0.1, -4, 0, 0, 1.5, 9, 0, 0, 0, 1];
         near('inverse', g.transform(g.invert(m), g.transform(m, [3, 5, 8])), [3, 5, 8]);
         near('ticks', g.ticks(0, 255, 5), [0, 50, 100, 150, 200, 250]);
-        g.directionName('LPS', [0, 0.2, -0.9]) === 'I' && g.directionName('RAS', [-1, 0, 0]) === 'L' && g.directionName('unknown', [1, 0, 0]) === '+x' || out.push('letters');
+        (g.directionName('LPS', [0, 0.2, -0.9]) === 'I' &&
+            g.directionName('RAS', [-1, 0, 0]) === 'L' &&
+            g.directionName('unknown', [1, 0, 0]) === '+x') ||
+            out.push('letters');
         return out;
     });
     equal(wrong.join('\n'), '', 'geometry');

@@ -19,23 +19,27 @@ const picture = '#main';
 
 /** Status of a plain request. */
 function status(address, headers = {}) {
-    return new Promise((resolve, reject) => http.get(address, { headers }, (answer) => {
-        answer.resume();
-        resolve(answer.statusCode);
-    }).on('error', reject));
+    return new Promise((resolve, reject) =>
+        http
+            .get(address, { headers }, (answer) => {
+                answer.resume();
+                resolve(answer.statusCode);
+            })
+            .on('error', reject),
+    );
 }
 
 test('the first picture is seen and comes to rest losslessly', async () => {
     const rest = await face.rest();
     const [width, height] = rest.header.size;
     const drawn = await face.page.evaluate(() => {
-        const canvas = document.querySelector('#main canvas'), copy = new OffscreenCanvas(canvas.width, canvas.height);
+        const canvas = document.querySelector('#main canvas'),
+            copy = new OffscreenCanvas(canvas.width, canvas.height);
         const context = copy.getContext('2d', { willReadFrequently: true });
         context.drawImage(canvas, 0, 0);
         const { data } = context.getImageData(0, 0, canvas.width, canvas.height);
         let bright = 0;
-        for (let i = 0; i < data.length; i += 4)
-            bright += data[i] + data[i + 1] + data[i + 2] > 60;
+        for (let i = 0; i < data.length; i += 4) bright += data[i] + data[i + 1] + data[i + 2] > 60;
         return [canvas.width, canvas.height, bright / (data.length / 4)];
     });
     equal(`${drawn[0]}x${drawn[1]}`, `${width}x${height}`, 'the picture is drawn pixel by pixel');
@@ -43,16 +47,28 @@ test('the first picture is seen and comes to rest losslessly', async () => {
 });
 
 test('a drag turns the picture; undo gives it back byte for byte', async () => {
-    const before = await face.rest(), [x, y] = await face.middle(picture);
-    const count = face.main().length, start = performance.now();
+    const before = await face.rest(),
+        [x, y] = await face.middle(picture);
+    const count = face.main().length,
+        start = performance.now();
     await face.drag([x, y], [x + 150, y + 40], { steps: 20, pause: 16 });
-    const frames = face.main().slice(count), end = performance.now();
+    const frames = face.main().slice(count),
+        end = performance.now();
     assert(frames.length > 0, 'no frame came while the hand was down');
-    note(`first frame of the drag after ${(frames[0].time - start).toFixed(0)} ms, ${frames.length} frames in ${(end - start).toFixed(0)} ms`);
+    note(
+        `first frame of the drag ${(frames[0].time - start).toFixed(0)} ms, ${frames.length} frames in ${(end - start).toFixed(0)} ms`,
+    );
     const after = await face.rest();
     assert(after.hash !== before.hash, 'the picture is the same after the drag');
-    assert(JSON.stringify(after.header.camera['camera-position']) !== JSON.stringify(before.header.camera['camera-position']), 'the camera did not move');
-    equal(JSON.stringify(after.header.camera['camera-focal-point']), JSON.stringify(before.header.camera['camera-focal-point']), 'turning keeps the focal point');
+    assert(
+        JSON.stringify(after.header.camera['camera-position']) !== JSON.stringify(before.header.camera['camera-position']),
+        'the camera did not move',
+    );
+    equal(
+        JSON.stringify(after.header.camera['camera-focal-point']),
+        JSON.stringify(before.header.camera['camera-focal-point']),
+        'turning keeps the focal point',
+    );
     await face.page.keyboard.press('Control+z');
     equal((await face.rest()).hash, before.hash, 'one undo takes the whole drag back');
     await face.page.keyboard.press('Control+Shift+z');
@@ -85,7 +101,8 @@ test('buttons, wheel and keys move the camera as VTK does', async () => {
 });
 
 test('a dragged opacity point changes the picture and is undone at once', async () => {
-    const before = await face.rest(), undo = face.events.filter((e) => e.event === 'state').at(-1).undo;
+    const before = await face.rest(),
+        undo = face.events.filter((e) => e.event === 'state').at(-1).undo;
     const points = face.scene.transfer.opacities;
     const index = Math.floor(points.length / 2);
     const at = await face.middle(`#panel-transfer circle[data-index="${index}"]`);
@@ -137,10 +154,12 @@ test('the clip box has handles that clip', async () => {
     await face.page.click('#open-clip');
     await face.page.click('#panel-clip input[role=switch]');
     await face.until(() => face.scene['clip-box'], 'the box');
-    const before = await face.rest(), box = [...face.scene['clip-box']];
+    const before = await face.rest(),
+        box = [...face.scene['clip-box']];
     const handle = await face.middle('.clip-handle[data-face="5"]');
     await face.drag(handle, [handle[0], handle[1] + 120], { steps: 10, pause: 16 });
-    const after = await face.rest(), now = face.scene['clip-box'];
+    const after = await face.rest(),
+        now = face.scene['clip-box'];
     assert(now[5] < box[5] - 1, `the face went from ${box[5]} to ${now[5]}`);
     equal(JSON.stringify(now.slice(0, 5)), JSON.stringify(box.slice(0, 5)), 'the other faces');
     assert(after.hash !== before.hash, 'nothing was clipped');
@@ -154,7 +173,8 @@ test('three slices with a linked cross-hair', async () => {
     const views = ['slice-i', 'slice-j', 'slice-k'];
     await face.until(() => views.every((v) => face.frames.some(({ header }) => header.view === v)), 'three slices');
     await face.rest();
-    const count = face.frames.length, at = face.lastSent('slices').at;
+    const count = face.frames.length,
+        at = face.lastSent('slices').at;
     const box = await face.page.locator('.slice >> nth=2').boundingBox();
     await face.page.mouse.click(box.x + box.width * 0.4, box.y + box.height * 0.55);
     await face.until(() => JSON.stringify(face.lastSent('slices').at) !== JSON.stringify(at), 'the cross-hair to move');
@@ -168,25 +188,35 @@ test('the probe tells what is under the pointer, two clicks a distance', async (
     await face.rest();
     await face.page.click('#open-measure');
     await face.page.click('#panel-measure button:has-text("Measure a distance")');
-    const places = await face.page.evaluate(async () => { /* the brightest place of two parts of the picture is on the object */
-        const canvas = document.querySelector('#main canvas'), box = canvas.getBoundingClientRect(), copy = new OffscreenCanvas(canvas.width, canvas.height);
+    const places = await face.page.evaluate(async () => {
+        /* the brightest place of two parts of the picture is on the object */
+        const canvas = document.querySelector('#main canvas'),
+            box = canvas.getBoundingClientRect(),
+            copy = new OffscreenCanvas(canvas.width, canvas.height);
         const context = copy.getContext('2d', { willReadFrequently: true });
         context.drawImage(canvas, 0, 0);
         const pixels = context.getImageData(0, 0, canvas.width, canvas.height).data;
         const best = (from, to) => {
-            let most = -1, place = null;
+            let most = -1,
+                place = null;
             for (let y = Math.floor(canvas.height * 0.2); y < canvas.height * 0.8; y++)
                 for (let x = Math.floor(canvas.width * from); x < canvas.width * to; x++) {
-                    const i = 4 * (y * canvas.width + x), sum = pixels[i] + pixels[i + 1] + pixels[i + 2];
+                    const i = 4 * (y * canvas.width + x),
+                        sum = pixels[i] + pixels[i + 1] + pixels[i + 2];
                     if (sum > most)
-                        [most, place] = [sum, [box.x + (x + 0.5) * (box.width / canvas.width), box.y + (y + 0.5) * (box.height / canvas.height)]];
+                        [most, place] = [
+                            sum,
+                            [box.x + (x + 0.5) * (box.width / canvas.width), box.y + (y + 0.5) * (box.height / canvas.height)],
+                        ];
                 }
             return place;
         };
         return [best(0.3, 0.5), best(0.5, 0.7)];
     });
     await face.page.mouse.move(...places[0]);
-    await face.page.waitForFunction(() => /value [\d.]+ .*voxel/.test(document.querySelector('.status-cursor').textContent), null, { timeout: 15000 });
+    await face.page.waitForFunction(() => /value [\d.]+ .*voxel/.test(document.querySelector('.status-cursor').textContent), null, {
+        timeout: 15000,
+    });
     for (const place of places) {
         await face.page.mouse.click(...place);
         await sleep(500);
@@ -212,11 +242,15 @@ test('without the token, with another host or origin: refused', async () => {
     equal(await status(new URL('/nonsense/main.js', address)), 403, 'a wrong token');
     equal(await status(server.address, { Host: 'evil.example' }), 403, 'a foreign host');
     const stranger = await (await browser.newContext()).newPage();
-    const refused = await stranger.evaluate((to) => new Promise((done) => {
-        const socket = new WebSocket(to, 'pellucid-1');
-        socket.onopen = () => done('open');
-        socket.onerror = () => done('refused');
-    }), new URL('socket', server.address).href.replace('http', 'ws'));
+    const refused = await stranger.evaluate(
+        (to) =>
+            new Promise((done) => {
+                const socket = new WebSocket(to, 'pellucid-1');
+                socket.onopen = () => done('open');
+                socket.onerror = () => done('refused');
+            }),
+        new URL('socket', server.address).href.replace('http', 'ws'),
+    );
     equal(refused, 'refused', 'a WebSocket from another origin');
     await stranger.context().close();
 });

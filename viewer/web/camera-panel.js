@@ -13,21 +13,54 @@ export function cameraPanel(app) {
     const views = h('div', { class: 'views', role: 'group', 'aria-label': 'Look from' });
     watch(['volume'], () => {
         const names = axisNames(get('volume').space);
-        views.replaceChildren(...['x', 'y', 'z'].flatMap((axis, i) => [1, -1].map((sign, j) => {
-            const letter = names[i][1] ? names[i][j] : '';
-            return button(letter ? `${PLACES[letter]} (${letter})` : `${sign > 0 ? '+' : '−'}${axis}`, () => app.look(axis, sign),
-                { kind: 'small', title: `Look from ${letter ? PLACES[letter] : (sign > 0 ? '+' : '−') + axis} (${2 * i + j + 1})` });
-        })));
+        views.replaceChildren(
+            ...['x', 'y', 'z'].flatMap((axis, i) =>
+                [1, -1].map((sign, j) => {
+                    const letter = names[i][1] ? names[i][j] : '';
+                    const caption = letter ? `${PLACES[letter]} (${letter})` : `${sign > 0 ? '+' : '−'}${axis}`;
+                    return button(caption, () => app.look(axis, sign), {
+                        kind: 'small',
+                        title: `Look from ${letter ? PLACES[letter] : (sign > 0 ? '+' : '−') + axis} (${2 * i + j + 1})`,
+                    });
+                }),
+            ),
+        );
     });
-    const theme = select([['auto', 'as the system'], ['dark', 'dark'], ['light', 'light']], (value) => prefer({ theme: value }), 'Theme');
+    const theme = select(
+        [
+            ['auto', 'as the system'],
+            ['dark', 'dark'],
+            ['light', 'light'],
+        ],
+        (value) => prefer({ theme: value }),
+        'Theme',
+    );
     const overlays = checkbox((on) => prefer({ overlays: on }), 'Axes, scale bar and legend');
     watch(['preferences'], () => {
         theme.update(get('preferences').theme);
         overlays.update(get('preferences').overlays);
     });
-    return h('div', { class: 'stack' }, views,
-        h('div', { class: 'row' }, button('Reset', () => app.connection.send({ do: 'reset', gesture: app.connection.newGesture() }), { icon: 'reset', kind: 'small', title: 'The camera of the start (R)' }),
-            button('Fit', () => app.connection.send({ do: 'automatic', what: 'camera' }), { kind: 'small', title: 'The whole volume in view' })),
-        h('h3', {}, 'Camera'), sceneOptions(app, 'camera'),
-        h('h3', {}, 'This page'), field('Theme', theme), field('Overlays', overlays, { help: 'Axes, scale bar and legend over the picture' }));
+    return h(
+        'div',
+        { class: 'stack' },
+        views,
+        h(
+            'div',
+            { class: 'row' },
+            button('Reset', () => app.connection.send({ do: 'reset', gesture: app.connection.newGesture() }), {
+                icon: 'reset',
+                kind: 'small',
+                title: 'The camera of the start (R)',
+            }),
+            button('Fit', () => app.connection.send({ do: 'automatic', what: 'camera' }), {
+                kind: 'small',
+                title: 'The whole volume in view',
+            }),
+        ),
+        h('h3', {}, 'Camera'),
+        sceneOptions(app, 'camera'),
+        h('h3', {}, 'This page'),
+        field('Theme', theme),
+        field('Overlays', overlays, { help: 'Axes, scale bar and legend over the picture' }),
+    );
 }

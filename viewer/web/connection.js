@@ -54,22 +54,17 @@ export class Connection extends EventTarget {
     listen() {
         const early = this.#early;
         this.#early = null;
-        for (const [type, detail] of early ?? [])
-            this.#tell(type, detail);
+        for (const [type, detail] of early ?? []) this.#tell(type, detail);
     }
 
     #tell(type, detail) {
-        if (this.#early)
-            this.#early.push([type, detail]);
-        else
-            this.dispatchEvent(new CustomEvent(type, { detail }));
+        if (this.#early) this.#early.push([type, detail]);
+        else this.dispatchEvent(new CustomEvent(type, { detail }));
     }
 
     async #lost(socket) {
-        if (socket !== this.#socket)
-            return;
-        for (const { reject } of this.#waiting.values())
-            reject(new Error('The connection was lost.'));
+        if (socket !== this.#socket) return;
+        for (const { reject } of this.#waiting.values()) reject(new Error('The connection was lost.'));
         this.#waiting.clear();
         this.#moves.clear();
         this.#inputs.clear();
@@ -79,8 +74,7 @@ export class Connection extends EventTarget {
         this.#timer = setTimeout(() => this.connect(), wait);
         /* A WebSocket does not tell why it was refused; a plain request does. */
         const answer = await fetch('./', { cache: 'no-store' }).catch(() => null);
-        if (answer?.status === 403 && socket === this.#socket)
-            this.#tell('link', { state: 'refused', wait });
+        if (answer?.status === 403 && socket === this.#socket) this.#tell('link', { state: 'refused', wait });
     }
 
     #receive(data) {
@@ -94,10 +88,8 @@ export class Connection extends EventTarget {
         const asked = this.#waiting.get(event.id);
         if (asked && (event.event === asked.answer || event.event === 'error')) {
             this.#waiting.delete(event.id);
-            if (event.event === 'error')
-                asked.reject(new Error(event.message));
-            else
-                asked.resolve(event);
+            if (event.event === 'error') asked.reject(new Error(event.message));
+            else asked.resolve(event);
             return;
         }
         this.#tell('event', event);
@@ -110,8 +102,7 @@ export class Connection extends EventTarget {
     }
 
     #send(command) {
-        if (!this.open)
-            return 0;
+        if (!this.open) return 0;
         const id = this.#nextId++;
         this.#socket.send(JSON.stringify({ ...command, id }));
         this.lastId = id;
@@ -122,24 +113,21 @@ export class Connection extends EventTarget {
     ask(command, answer) {
         return new Promise((resolve, reject) => {
             const id = this.send(command);
-            if (id)
-                this.#waiting.set(id, { answer, resolve, reject });
-            else
-                reject(new Error('There is no connection to the server.'));
+            if (id) this.#waiting.set(id, { answer, resolve, reject });
+            else reject(new Error('There is no connection to the server.'));
         });
     }
 
     /** The frame was drawn: the server may send the next. */
     shown(frame) {
-        if (this.open)
-            this.#socket.send(JSON.stringify({ do: 'shown', frame }));
+        if (this.open) this.#socket.send(JSON.stringify({ do: 'shown', frame }));
     }
 
     /** Ages in ms of the inputs that a frame is the first to show: those up to the command `id`. */
     latencies(id) {
-        const now = performance.now(), shown = [...this.#inputs].filter(([key]) => key <= id);
-        for (const [key] of shown)
-            this.#inputs.delete(key);
+        const now = performance.now(),
+            shown = [...this.#inputs].filter(([key]) => key <= id);
+        for (const [key] of shown) this.#inputs.delete(key);
         return shown.map(([, time]) => now - time);
     }
 
@@ -149,27 +137,30 @@ export class Connection extends EventTarget {
 
     /** The hand is down / up. Several hands (two inputs at once) hold once. */
     hold() {
-        if (this.#held++ === 0)
-            this.send({ do: 'hold' });
+        if (this.#held++ === 0) this.send({ do: 'hold' });
     }
 
     release() {
-        if (this.#held > 0 && --this.#held === 0)
-            this.send({ do: 'release' });
+        if (this.#held > 0 && --this.#held === 0) this.send({ do: 'release' });
     }
 
     /** A move of the camera, merged with those of its kind until the next animation frame; `time`: of its input event. */
     move(kind, by, gesture, { at, time } = {}) {
         const before = this.#moves.get(kind);
-        const sum = !before ? by : Array.isArray(by) ? [before.by[0] + by[0], before.by[1] + by[1]] : kind === 'zoom' ? before.by * by : before.by + by;
+        const sum = !before
+            ? by
+            : Array.isArray(by)
+              ? [before.by[0] + by[0], before.by[1] + by[1]]
+              : kind === 'zoom'
+                ? before.by * by
+                : before.by + by;
         this.#moves.set(kind, { do: kind, by: sum, gesture, ...(at ? { at } : {}) });
         this.#schedule(time);
     }
 
     /** A part of the scene, merged by its keys until the next animation frame. */
     edit(scene, gesture) {
-        if (this.#edit && this.#edit.gesture !== gesture)
-            this.#flush();
+        if (this.#edit && this.#edit.gesture !== gesture) this.#flush();
         const merged = { ...this.#edit?.scene };
         for (const [key, value] of Object.entries(scene)) {
             const both = [merged[key], value].every((v) => v && typeof v === 'object' && !Array.isArray(v));
@@ -194,8 +185,7 @@ export class Connection extends EventTarget {
         this.#edit = null;
         for (const command of commands) {
             const id = this.#send(command);
-            if (id)
-                this.#inputs.set(id, this.#inputTime);
+            if (id) this.#inputs.set(id, this.#inputTime);
         }
         this.#inputTime = 0;
     }

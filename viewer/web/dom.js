@@ -5,14 +5,10 @@ const SVG = 'http://www.w3.org/2000/svg';
 
 function fill(element, attributes, children) {
     for (const [name, value] of Object.entries(attributes)) {
-        if (value === undefined || value === null || value === false)
-            continue;
-        if (name.startsWith('on'))
-            element.addEventListener(name.slice(2), value);
-        else if (name in element && (typeof value === 'boolean' || name === 'value'))
-            element[name] = value;
-        else
-            element.setAttribute(name, value === true ? '' : value);
+        if (value === undefined || value === null || value === false) continue;
+        if (name.startsWith('on')) element.addEventListener(name.slice(2), value);
+        else if (name in element && (typeof value === 'boolean' || name === 'value')) element[name] = value;
+        else element.setAttribute(name, value === true ? '' : value);
     }
     element.append(...children.flat(2).filter((child) => child !== null && child !== undefined && child !== false));
     return element;
@@ -32,8 +28,7 @@ export function svg(name, attributes = {}, ...children) {
 export function attributes(element, values) {
     for (const [name, value] of Object.entries(values)) {
         const text = typeof value === 'number' ? String(Math.round(value * 100) / 100) : value;
-        if (element.getAttribute(name) !== text)
-            element.setAttribute(name, text);
+        if (element.getAttribute(name) !== text) element.setAttribute(name, text);
     }
 }
 
@@ -41,22 +36,31 @@ export function attributes(element, values) {
 let ids = 0;
 export function field(label, control, { help, unit } = {}) {
     const target = control.matches('input, select, textarea, button') ? control : control.querySelector('input, select, textarea, button');
-    if (target && !target.id)
-        target.id = `field-${++ids}`;
-    return h('div', { class: 'field', title: help },
-        h('label', { for: target?.id }, label, unit ? h('span', { class: 'unit' }, unit) : null), control);
+    if (target && !target.id) target.id = `field-${++ids}`;
+    return h(
+        'div',
+        { class: 'field', title: help },
+        h('label', { for: target?.id }, label, unit ? h('span', { class: 'unit' }, unit) : null),
+        control,
+    );
 }
 
 /** A button with a caption and, maybe, an icon before it. */
 export function button(caption, onclick, { title, kind = '', icon: sign, pressed } = {}) {
-    return h('button', { type: 'button', class: kind, title, onclick, 'aria-pressed': pressed === undefined ? undefined : String(pressed) },
-        sign ? icon(sign) : null, caption ? h('span', {}, caption) : null);
+    return h(
+        'button',
+        { type: 'button', class: kind, title, onclick, 'aria-pressed': pressed === undefined ? undefined : String(pressed) },
+        sign ? icon(sign) : null,
+        caption ? h('span', {}, caption) : null,
+    );
 }
 
 const ICONS = {
     transfer: 'M2 17 L6 13 L9 15 L13 5 L18 3 M2 3 V18 H18',
     surface: 'M10 2 L17 6 V14 L10 18 L3 14 V6 Z M3 6 L10 10 L17 6 M10 10 V18',
-    render: 'M10 2 V4 M10 16 V18 M2 10 H4 M16 10 H18 M4.5 4.5 L6 6 M14 14 L15.5 15.5 M4.5 15.5 L6 14 M14 6 L15.5 4.5 M13.5 10 A3.5 3.5 0 1 1 6.5 10 A3.5 3.5 0 1 1 13.5 10',
+    render:
+        'M10 2 V4 M10 16 V18 M2 10 H4 M16 10 H18 M4.5 4.5 L6 6 M14 14 L15.5 15.5 M4.5 15.5 L6 14 M14 6 L15.5 4.5 ' +
+        'M13.5 10 A3.5 3.5 0 1 1 6.5 10 A3.5 3.5 0 1 1 13.5 10',
     clip: 'M6 2 V14 H18 M2 6 H14 V18',
     slices: 'M3 3 H17 V17 H3 Z M10 3 V17 M3 10 H17',
     measure: 'M2.5 13 L13 2.5 L17.5 7 L7 17.5 Z M5.5 10 L7.5 12 M8 7.5 L9.5 9 M10.5 5 L12.5 7',
@@ -84,7 +88,17 @@ export function icon(name) {
 
 /** "#rrggbb" from three numbers 0 to 1, and back. */
 export function hex(color) {
-    return '#' + color.slice(0, 3).map((c) => Math.round(Math.min(Math.max(c, 0), 1) * 255).toString(16).padStart(2, '0')).join('');
+    return (
+        '#' +
+        color
+            .slice(0, 3)
+            .map((c) =>
+                Math.round(Math.min(Math.max(c, 0), 1) * 255)
+                    .toString(16)
+                    .padStart(2, '0'),
+            )
+            .join('')
+    );
 }
 
 export function fromHex(text) {
@@ -93,11 +107,9 @@ export function fromHex(text) {
 
 /** A number for people: about four digits, no tail of zeros. */
 export function short(value, digits = 4) {
-    if (!Number.isFinite(value))
-        return String(value);
+    if (!Number.isFinite(value)) return String(value);
     const size = Math.abs(value);
-    if (size !== 0 && (size >= 1e6 || size < 1e-4))
-        return value.toExponential(2).replace(/\.?0+e/, 'e');
+    if (size !== 0 && (size >= 1e6 || size < 1e-4)) return value.toExponential(2).replace(/\.?0+e/, 'e');
     return String(Number(value.toPrecision(digits)));
 }
 

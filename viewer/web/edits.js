@@ -14,8 +14,7 @@ export function merged(scene, part) {
         out[key] = both ? { ...out[key], ...value } : value;
     }
     /* Colours that were moved are no longer the map that they came from. */
-    if (part.transfer?.colors && !part.transfer.colormap)
-        delete out.transfer.colormap;
+    if (part.transfer?.colors && !part.transfer.colormap) delete out.transfer.colormap;
     return out;
 }
 
@@ -33,8 +32,7 @@ export class Edits {
      * @param {"start"|"move"|"end"} phase   "end" alone is a change of one step
      */
     apply(part, phase = 'end') {
-        if (!get('scene'))
-            return;
+        if (!get('scene')) return;
         if (phase !== 'end' && !this.#gesture) {
             this.#gesture = this.connection.newGesture();
             this.connection.hold();
@@ -52,10 +50,8 @@ export class Edits {
         clearTimeout(this.#timer);
         this.#timer = setTimeout(() => {
             this.#timer = 0;
-            if (this.#state && !this.#gesture)
-                set(this.#state);
-            else if (this.#gesture)
-                this.#rest();
+            if (this.#state && !this.#gesture) set(this.#state);
+            else if (this.#gesture) this.#rest();
             this.#state = this.#gesture ? this.#state : null;
         }, REST_MS);
     }

@@ -5,20 +5,24 @@ import { button, bytes, h, icon, short } from './dom.js';
 import { select } from './controls.js';
 import { get, watch } from './store.js';
 
+/** Why an upload was refused, where the server did not say. */
+function refusal(status) {
+    return status === 413 ? 'it is larger than the server takes' : `the server refused it (${status})`;
+}
+
 /** Sends a file to the server and opens it; told as it goes. */
 function upload(app, file) {
     const request = new XMLHttpRequest();
     request.open('POST', `upload?name=${encodeURIComponent(file.name)}`);
     request.responseType = 'json';
-    request.upload.onprogress = (event) => event.lengthComputable && app.progress.show(`Sending ${file.name}`, event.loaded / event.total, () => request.abort());
+    request.upload.onprogress = (event) =>
+        event.lengthComputable && app.progress.show(`Sending ${file.name}`, event.loaded / event.total, () => request.abort());
     request.onloadend = () => {
         app.progress.hide();
-        if (request.status === 200 && request.response?.path)
-            app.guard(app.connection.send({ do: 'open', path: request.response.path }));
+        if (request.status === 200 && request.response?.path) app.guard(app.connection.send({ do: 'open', path: request.response.path }));
         else if (request.status)
-            app.messages.error(`${file.name}: ${request.response?.error ?? `the server refused it (${request.status}${request.status === 413 ? ': it is larger than uploads may be' : ''})`}`);
-        else
-            app.messages.tell(`${file.name} was not sent.`);
+            app.messages.error(`${file.name}: ${request.response?.error ?? refusal(request.status)}`);
+        else app.messages.tell(`${file.name} was not sent.`);
     };
     request.send(file);
 }
@@ -33,41 +37,62 @@ export function acceptDrops(app, sign) {
     addEventListener('drop', (event) => {
         depth = 0;
         sign.hidden = true;
-        if (!files(event))
-            return;
+        if (!files(event)) return;
         event.preventDefault();
         if (event.dataTransfer.files.length > 1)
-            app.messages.tell('One file at a time: the first is opened. Of a pair (header and data) open the header from the server’s folders.');
+            app.messages.tell(
+                'One file at a time: the first is opened. Of a pair (header and data) open the header from the server’s folders.',
+            );
         upload(app, event.dataTransfer.files[0]);
     });
 }
 
 function facts(volume) {
-    const rows = [['Name', volume.name || '–'], ['Samples', `${volume.dims.join(' × ')}, ${volume.type}`],
-        ['Spacing', `${volume.spacing.map((x) => short(x)).join(' × ')} ${volume.units ?? ''}`], ['Values', volume.range.map((x) => short(x)).join(' to ')],
-        ['Axes', volume.space === 'unknown' || !volume.space ? 'meaning not known' : volume.space]];
+    const rows = [
+        ['Name', volume.name || '–'],
+        ['Samples', `${volume.dims.join(' × ')}, ${volume.type}`],
+        ['Spacing', `${volume.spacing.map((x) => short(x)).join(' × ')} ${volume.units ?? ''}`],
+        ['Values', volume.range.map((x) => short(x)).join(' to ')],
+        ['Axes', volume.space === 'unknown' || !volume.space ? 'meaning not known' : volume.space],
+    ];
     return rows.flatMap(([name, text]) => [h('dt', {}, name), h('dd', {}, text)]);
 }
 
 export function filesPanel(app) {
-    const list = h('ul', { class: 'files' }), where = h('div', { class: 'path' });
+    const list = h('ul', { class: 'files' }),
+        where = h('div', { class: 'path' });
     const picker = h('input', { type: 'file', class: 'hidden', 'aria-label': 'File to open', tabindex: '-1' });
     picker.addEventListener('change', () => {
-        if (picker.files[0])
-            upload(app, picker.files[0]);
+        if (picker.files[0]) upload(app, picker.files[0]);
         picker.value = '';
     });
     const browse = async (path) => {
         const found = await app.guard(app.connection.ask({ do: 'list', ...(path ? { path } : {}) }, 'files'));
-        if (!found)
-            return;
+        if (!found) return;
         where.textContent = found.path ?? 'Folders of the server';
         const up = found.path ? [{ name: '..', path: found.parent, folder: true }] : [];
-        list.replaceChildren(...[...up, ...found.entries].map((entry) => h('li', {}, h('button', {
-            type: 'button', class: 'file', title: entry.path ?? '', onclick: () => (entry.folder ? browse(entry.path) : app.guard(app.connection.send({ do: 'open', path: entry.path }))),
-        }, icon(entry.folder ? 'folder' : 'volume'), h('span', { class: 'grow' }, entry.name), entry.folder || !entry.bytes ? null : h('span', { class: 'small-text' }, bytes(entry.bytes))))));
-        if (!found.entries.length)
-            list.append(h('li', { class: 'hint' }, 'Nothing here that can be opened.'));
+        list.replaceChildren(
+            ...[...up, ...found.entries].map((entry) =>
+                h(
+                    'li',
+                    {},
+                    h(
+                        'button',
+                        {
+                            type: 'button',
+                            class: 'file',
+                            title: entry.path ?? '',
+                            onclick: () =>
+                                entry.folder ? browse(entry.path) : app.guard(app.connection.send({ do: 'open', path: entry.path })),
+                        },
+                        icon(entry.folder ? 'folder' : 'volume'),
+                        h('span', { class: 'grow' }, entry.name),
+                        entry.folder || !entry.bytes ? null : h('span', { class: 'small-text' }, bytes(entry.bytes)),
+                    ),
+                ),
+            ),
+        );
+        if (!found.entries.length) list.append(h('li', { class: 'hint' }, 'Nothing here that can be opened.'));
     };
     let listed = false;
     watch(['panel', 'link'], () => {
@@ -76,7 +101,9 @@ export function filesPanel(app) {
             browse();
         }
     });
-    const about = h('dl', { class: 'facts' }), notes = h('ul', { class: 'notes' }), arrays = h('div', {});
+    const about = h('dl', { class: 'facts' }),
+        notes = h('ul', { class: 'notes' }),
+        arrays = h('div', {});
     watch(['volume'], () => {
         const volume = get('volume');
         about.replaceChildren(...facts(volume));
@@ -86,7 +113,20 @@ export function filesPanel(app) {
         choice.update(volume.array ?? volume.name);
         arrays.replaceChildren(...(names.length > 1 ? [choice] : []));
     });
-    return h('div', { class: 'stack' }, about, arrays, notes,
-        h('h3', {}, 'Open another'), h('div', { class: 'row' }, button('From this computer…', () => picker.click(), { kind: 'small', title: 'Or drop a file on the picture' }), picker),
-        where, list);
+    return h(
+        'div',
+        { class: 'stack' },
+        about,
+        arrays,
+        notes,
+        h('h3', {}, 'Open another'),
+        h(
+            'div',
+            { class: 'row' },
+            button('From this computer…', () => picker.click(), { kind: 'small', title: 'Or drop a file on the picture' }),
+            picker,
+        ),
+        where,
+        list,
+    );
 }

@@ -34,8 +34,7 @@ export class View {
     project(point) {
         const to = sub(point, this.position);
         const depth = dot(to, this.forward);
-        if (!this.parallel && depth <= this.distance * 1e-6)
-            return null;
+        if (!this.parallel && depth <= this.distance * 1e-6) return null;
         const half = this.parallel ? this.scale : depth * this.tangent;
         return [0.5 + dot(to, this.right) / (2 * half * this.aspect), 0.5 - dot(to, this.up) / (2 * half), depth];
     }
@@ -57,7 +56,10 @@ export const axisStep = (matrix, axis) => [matrix[axis], matrix[4 + axis], matri
 
 /** The inverse of an affine 4x4. */
 export function invert(m) {
-    const a = axisStep(m, 0), b = axisStep(m, 1), c = axisStep(m, 2), t = [m[3], m[7], m[11]];
+    const a = axisStep(m, 0),
+        b = axisStep(m, 1),
+        c = axisStep(m, 2),
+        t = [m[3], m[7], m[11]];
     const det = dot(a, cross(b, c));
     const rows = [cross(b, c), cross(c, a), cross(a, b)].map((row) => scale(row, 1 / det));
     return [...rows.flatMap((row) => [...row, -dot(row, t)]), 0, 0, 0, 1];
@@ -74,22 +76,32 @@ export function roundStep(limit) {
 
 /** Round numbers from lo to hi, about `count` of them. */
 export function ticks(lo, hi, count) {
-    if (!(hi > lo))
-        return [lo];
+    if (!(hi > lo)) return [lo];
     const step = roundStep(((hi - lo) / count) * 1.5);
     const out = [];
-    for (let k = Math.ceil(lo / step - 1e-9); k * step <= hi + step * 1e-9; k++)
-        out.push(k === 0 ? 0 : k * step);
+    for (let k = Math.ceil(lo / step - 1e-9); k * step <= hi + step * 1e-9; k++) out.push(k === 0 ? 0 : k * step);
     return out;
 }
 
 /** What the ends of a world axis are called: letters where they mean something in a patient, else x, y, z. */
 export function axisNames(space) {
     if (space === 'LPS')
-        return [['L', 'R'], ['P', 'A'], ['S', 'I']];
+        return [
+            ['L', 'R'],
+            ['P', 'A'],
+            ['S', 'I'],
+        ];
     if (space === 'RAS')
-        return [['R', 'L'], ['A', 'P'], ['S', 'I']];
-    return [['x', ''], ['y', ''], ['z', '']];
+        return [
+            ['R', 'L'],
+            ['A', 'P'],
+            ['S', 'I'],
+        ];
+    return [
+        ['x', ''],
+        ['y', ''],
+        ['z', ''],
+    ];
 }
 
 /** The anatomical letter, or the axis, towards which a world direction points most. */

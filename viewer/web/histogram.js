@@ -45,12 +45,11 @@ function columns(histogram, axes) {
     const out = new Float64Array(Math.ceil(axes.width));
     const perValue = counts.length / (hi - lo || 1);
     for (let x = 0; x < out.length; x++) {
-        const from = (axes.value(x) - lo) * perValue, to = (axes.value(x + 1) - lo) * perValue;
-        if (to < 0 || from >= counts.length)
-            continue;
+        const from = (axes.value(x) - lo) * perValue,
+            to = (axes.value(x + 1) - lo) * perValue;
+        if (to < 0 || from >= counts.length) continue;
         const last = clamp(Math.ceil(to) - 1, 0, counts.length - 1);
-        for (let i = clamp(Math.floor(from), 0, counts.length - 1); i <= last; i++)
-            out[x] = Math.max(out[x], counts[i]);
+        for (let i = clamp(Math.floor(from), 0, counts.length - 1); i <= last; i++) out[x] = Math.max(out[x], counts[i]);
     }
     return out;
 }
@@ -63,17 +62,16 @@ function heights(histogram, axes, logarithmic) {
     const found = columns(histogram, axes);
     const sorted = [...histogram.counts].filter((n) => n > 0).sort((a, b) => a - b);
     const most = sorted.at(-1) ?? 1;
-    if (logarithmic)
-        return found.map((n) => Math.log1p(n) / Math.log1p(most));
+    if (logarithmic) return found.map((n) => Math.log1p(n) / Math.log1p(most));
     const cut = Math.min(most, 4 * (sorted[Math.floor(sorted.length * 0.97)] ?? most)) || 1;
     return found.map((n) => Math.min(n / cut, 1));
 }
 
 /** Draws into a canvas of the axes' size (CSS pixels; `ratio` device pixels each). */
 export function drawHistogram(canvas, axes, { histogram, colors, opacities, logarithmic, ratio, bar, style }) {
-    const width = Math.round(axes.width * ratio), height = Math.round((axes.height + bar) * ratio);
-    if (canvas.width !== width || canvas.height !== height)
-        Object.assign(canvas, { width, height });
+    const width = Math.round(axes.width * ratio),
+        height = Math.round((axes.height + bar) * ratio);
+    if (canvas.width !== width || canvas.height !== height) Object.assign(canvas, { width, height });
     const context = canvas.getContext('2d');
     context.setTransform(ratio, 0, 0, ratio, 0, 0);
     context.clearRect(0, 0, axes.width, axes.height + bar);
@@ -100,7 +98,8 @@ export function drawHistogram(canvas, axes, { histogram, colors, opacities, loga
     }
     if (colors?.length) {
         for (let x = 0; x < axes.width; x++) {
-            const value = axes.value(x + 0.5), color = css(evaluate(colors, value));
+            const value = axes.value(x + 0.5),
+                color = css(evaluate(colors, value));
             context.fillStyle = color;
             context.fillRect(x, axes.height + 4, 1.5, bar - 4);
             if (opacities?.length) {

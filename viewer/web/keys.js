@@ -7,12 +7,22 @@ import { get, prefer, set } from './store.js';
 const TURN = 0.025; /* of the picture: 5 degrees */
 
 const MOUSE = [
-    ['Left drag', 'turns'], ['Middle or Shift left drag', 'pans'], ['Right drag, wheel', 'zooms'], ['Ctrl left drag', 'rolls'],
-    ['Double click', 'the focal point goes there'], ['One finger, two fingers', 'turns; pans, zooms and rolls'],
+    ['Left drag', 'turns'],
+    ['Middle or Shift left drag', 'pans'],
+    ['Right drag, wheel', 'zooms'],
+    ['Ctrl left drag', 'rolls'],
+    ['Double click', 'the focal point goes there'],
+    ['One finger, two fingers', 'turns; pans, zooms and rolls'],
 ];
 const EDITOR = [
-    ['Drag a point', 'Shift keeps the value, Alt the opacity, Ctrl is fine'], ['Drag under the curve', 'moves the band'], ['Double click', 'adds a point, on the bar a colour'],
-    ['Right click, Delete', 'removes it'], ['Wheel, drag beside', 'zooms values, pans'], ['Page Up, Page Down', 'choose a point'], ['Arrows', 'move it; Shift far, Ctrl fine'], ['Insert', 'adds one after it'],
+    ['Drag a point', 'Shift keeps the value, Alt the opacity, Ctrl is fine'],
+    ['Drag under the curve', 'moves the band'],
+    ['Double click', 'adds a point, on the bar a colour'],
+    ['Right click, Delete', 'removes it'],
+    ['Wheel, drag beside', 'zooms values, pans'],
+    ['Page Up, Page Down', 'choose a point'],
+    ['Arrows', 'move it; Shift far, Ctrl fine'],
+    ['Insert', 'adds one after it'],
 ];
 
 export class Keys {
@@ -21,7 +31,14 @@ export class Keys {
         this.dialog = dialog;
         const { connection, trackball } = app;
         const camera = (command) => connection.send({ ...command, gesture: connection.newGesture() });
-        const views = [['x', 1], ['x', -1], ['y', 1], ['y', -1], ['z', 1], ['z', -1]];
+        const views = [
+            ['x', 1],
+            ['x', -1],
+            ['y', 1],
+            ['y', -1],
+            ['z', 1],
+            ['z', -1],
+        ];
         /* [keys as shown, what it does, test, action] */
         this.table = [
             ['Arrows', 'turn', (e) => e.key.startsWith('Arrow') && !e.shiftKey, (e) => trackball.nudge('rotate', this.#arrow(e))],
@@ -49,7 +66,8 @@ export class Keys {
     }
 
     #arrow({ key }) {
-        const x = { ArrowLeft: -1, ArrowRight: 1 }[key] ?? 0, y = { ArrowUp: -1, ArrowDown: 1 }[key] ?? 0;
+        const x = { ArrowLeft: -1, ArrowRight: 1 }[key] ?? 0,
+            y = { ArrowUp: -1, ArrowDown: 1 }[key] ?? 0;
         return [x * TURN, y * TURN];
     }
 
@@ -57,19 +75,18 @@ export class Keys {
         const typing = event.target.closest?.('input:not([type=checkbox], [type=range], [type=color]), textarea, select');
         const control = event.target.closest?.('input, select, button, dialog');
         const modified = event.ctrlKey || event.metaKey;
-        if (typing && !(modified && !['z', 'y'].includes(event.key.toLowerCase())))
-            return;
-        if (control && /^(Arrow|Home|End|Page)/.test(event.key) || this.dialog.open)
-            return;
+        if (typing && !(modified && !['z', 'y'].includes(event.key.toLowerCase()))) return;
+        if ((control && /^(Arrow|Home|End|Page)/.test(event.key)) || this.dialog.open) return;
         if (event.key === 'Escape') {
-            if (get('tool') === 'measure')
-                set({ tool: 'turn' });
-            else
-                this.app.panels.close();
+            if (get('tool') === 'measure') set({ tool: 'turn' });
+            else this.app.panels.close();
             return;
         }
         for (const [, , test, action] of [...this.table, ...this.panels]) {
-            const hit = typeof test === 'string' ? !modified && !event.altKey && event.key.toLowerCase() === test : (!modified || /^(z|y|s)$/i.test(event.key)) && test(event);
+            const hit =
+                typeof test === 'string'
+                    ? !modified && !event.altKey && event.key.toLowerCase() === test
+                    : (!modified || /^(z|y|s)$/i.test(event.key)) && test(event);
             if (hit) {
                 event.preventDefault();
                 action(event);
@@ -79,10 +96,34 @@ export class Keys {
     }
 
     help() {
-        const table = (title, rows) => h('div', {}, h('h3', {}, title), h('dl', { class: 'keys' }, rows.flatMap(([keys, what]) => [h('dt', {}, keys), h('dd', {}, what)])));
+        const table = (title, rows) =>
+            h(
+                'div',
+                {},
+                h('h3', {}, title),
+                h(
+                    'dl',
+                    { class: 'keys' },
+                    rows.flatMap(([keys, what]) => [h('dt', {}, keys), h('dd', {}, what)]),
+                ),
+            );
         this.dialog.replaceChildren(
-            h('header', {}, h('h2', { id: 'help-title' }, 'Keys and mouse'), h('span', { class: 'spring' }), button('', () => this.dialog.close(), { icon: 'close', kind: 'plain', title: 'Close (Escape)' })),
-            h('div', { class: 'help-columns' }, table('Picture', MOUSE), table('Keys', this.table), table('Panels', this.panels), table('Transfer function', EDITOR)));
+            h(
+                'header',
+                {},
+                h('h2', { id: 'help-title' }, 'Keys and mouse'),
+                h('span', { class: 'spring' }),
+                button('', () => this.dialog.close(), { icon: 'close', kind: 'plain', title: 'Close (Escape)' }),
+            ),
+            h(
+                'div',
+                { class: 'help-columns' },
+                table('Picture', MOUSE),
+                table('Keys', this.table),
+                table('Panels', this.panels),
+                table('Transfer function', EDITOR),
+            ),
+        );
         this.dialog.showModal();
     }
 }

@@ -30,7 +30,9 @@ const meter = new Meter();
 
 /** What the parts share. */
 const app = {
-    connection, edits, picture,
+    connection,
+    edits,
+    picture,
 
     /** A promise whose failure is told in words; undefined then. Anything else passes. */
     async guard(promise) {
@@ -48,8 +50,7 @@ const app = {
         const file = await app.guard(connection.ask(command, 'download'));
         set({ busy: null });
         app.progress.hide();
-        if (!file)
-            return;
+        if (!file) return;
         const link = document.createElement('a');
         Object.assign(link, { href: file.url, download: file.name });
         link.click();
@@ -71,17 +72,14 @@ const app = {
     /** A mode; what it needs and is not there yet is chosen by the session. */
     setMode(mode) {
         const scene = get('scene');
-        if (mode === 'isosurface' && !scene?.isosurfaces?.length)
-            connection.send({ do: 'automatic', what: 'isosurfaces' });
+        if (mode === 'isosurface' && !scene?.isosurfaces?.length) connection.send({ do: 'automatic', what: 'isosurfaces' });
         edits.apply({ render: { mode } });
     },
 
     /** The colours over another range of values. */
     stretchColors(lo, hi, name) {
-        if (name)
-            connection.send({ do: 'colormap', name, range: [lo, hi] });
-        else
-            edits.apply({ transfer: { colors: stretch(get('scene').transfer.colors, lo, hi) } });
+        if (name) connection.send({ do: 'colormap', name, range: [lo, hi] });
+        else edits.apply({ transfer: { colors: stretch(get('scene').transfer.colors, lo, hi) } });
     },
 };
 
@@ -96,7 +94,15 @@ app.overlay = new Overlay(app, picture);
 app.slices = new Slices(app, $('stage'));
 app.panels = new Panels($('rail'), $('panels'));
 for (const panel of [
-    { name: 'transfer', title: 'Transfer function', short: 'Transfer', icon: 'transfer', key: 'T', content: transferPanel(app), wide: true },
+    {
+        name: 'transfer',
+        title: 'Transfer function',
+        short: 'Transfer',
+        icon: 'transfer',
+        key: 'T',
+        content: transferPanel(app),
+        wide: true,
+    },
     { name: 'surfaces', title: 'Isosurfaces', short: 'Surfaces', icon: 'surface', key: 'I', content: surfacesPanel(app) },
     { name: 'render', title: 'Rendering', short: 'Render', icon: 'render', key: 'E', content: renderPanel(app) },
     { name: 'clip', title: 'Clipping', short: 'Clip', icon: 'clip', key: 'C', content: clipPanel(app) },
@@ -119,17 +125,19 @@ const told = {
     state: (event) => edits.state(event),
     error: (event) => app.messages.error(event.message),
     progress: ({ what, done }) => {
-        if (done >= 1)
-            app.progress.hide();
+        if (done >= 1) app.progress.hide();
         else
-            app.progress.show({ movie: 'Drawing the movie', picture: 'Drawing the picture', open: 'Reading the file' }[what] ?? what, done, () => connection.send({ do: 'cancel' }));
+            app.progress.show(
+                { movie: 'Drawing the movie', picture: 'Drawing the picture', open: 'Reading the file' }[what] ?? what,
+                done,
+                () => connection.send({ do: 'cancel' }),
+            );
     },
 };
 connection.addEventListener('event', ({ detail }) => told[detail.event]?.(detail));
 connection.addEventListener('link', ({ detail }) => {
     set({ link: detail });
-    if (detail.state !== 'open')
-        edits.drop();
+    if (detail.state !== 'open') edits.drop();
 });
 connection.addEventListener('frame', async ({ detail: { header, picture: data } }) => {
     const target = header.view === 'main' ? picture : app.slices.pictures[header.view];
@@ -159,8 +167,7 @@ let resolution = get('preferences').resolution;
 watch(['preferences'], () => {
     const { theme, resolution: now } = get('preferences');
     document.documentElement.dataset.theme = theme;
-    if (now !== resolution)
-        resize();
+    if (now !== resolution) resize();
     resolution = now;
     app.editor.draw();
 });

@@ -12,7 +12,8 @@ export const worldUnit = () => get('volume')?.units || (get('volume')?.space ===
 
 /** What a probe found, as one line. */
 export function describe(probe) {
-    const index = probe.index?.map((i) => Math.round(i)).join(', '), world = probe.world?.map((x) => short(x)).join(', ');
+    const index = probe.index?.map((i) => Math.round(i)).join(', '),
+        world = probe.world?.map((x) => short(x)).join(', ');
     return `value ${short(probe.value)}   voxel ${index}   at ${world} ${worldUnit()}`;
 }
 
@@ -33,8 +34,7 @@ export class Probe {
             return;
         }
         this.#next = at;
-        if (!this.#busy)
-            this.#ask();
+        if (!this.#busy) this.#ask();
     }
 
     async #ask() {
@@ -62,15 +62,18 @@ class Layer {
         const { list, first } = get('measures');
         const marks = [];
         for (const { from, to } of list) {
-            const a = toPixels(from.world), b = toPixels(to.world);
-            if (!a || !b)
-                continue;
+            const a = toPixels(from.world),
+                b = toPixels(to.world);
+            if (!a || !b) continue;
             const text = svg('text', { x: (a[0] + b[0]) / 2, y: (a[1] + b[1]) / 2 - 8, 'text-anchor': 'middle' }, distance(from, to));
-            marks.push(svg('line', { x1: a[0], y1: a[1], x2: b[0], y2: b[1] }), ...[a, b].map((p) => svg('circle', { cx: p[0], cy: p[1], r: 4 })), text);
+            marks.push(
+                svg('line', { x1: a[0], y1: a[1], x2: b[0], y2: b[1] }),
+                ...[a, b].map((p) => svg('circle', { cx: p[0], cy: p[1], r: 4 })),
+                text,
+            );
         }
         const at = first && toPixels(first.world);
-        if (at)
-            marks.push(svg('circle', { cx: at[0], cy: at[1], r: 5 }));
+        if (at) marks.push(svg('circle', { cx: at[0], cy: at[1], r: 5 }));
         this.group.replaceChildren(...marks);
     }
 }
@@ -91,14 +94,30 @@ export async function measureClick(app, at) {
 export function measurePanel(app) {
     set({ measures: { list: [], first: null } });
     app.overlay.addLayer(new Layer());
-    const list = h('div', { class: 'stack' }), hint = h('p', { class: 'hint', role: 'status' });
-    const tool = button('Measure a distance', () => set({ tool: get('tool') === 'measure' ? 'turn' : 'measure' }), { kind: 'small choice', icon: 'measure', title: 'Click two places in the picture (M)' });
+    const list = h('div', { class: 'stack' }),
+        hint = h('p', { class: 'hint', role: 'status' });
+    const tool = button('Measure a distance', () => set({ tool: get('tool') === 'measure' ? 'turn' : 'measure' }), {
+        kind: 'small choice',
+        icon: 'measure',
+        title: 'Click two places in the picture (M)',
+    });
     const found = h('dl', { class: 'facts' });
     watch(['measures', 'volume'], () => {
         const { list: all } = get('measures');
-        list.replaceChildren(...all.map((measure, i) => h('div', { class: 'card row' },
-            h('span', { class: 'grow' }, `${i + 1}: ${distance(measure.from, measure.to)}`),
-            button('', () => set({ measures: { list: all.filter((m) => m !== measure), first: null } }), { icon: 'trash', kind: 'plain', title: 'Remove this distance' }))));
+        list.replaceChildren(
+            ...all.map((measure, i) =>
+                h(
+                    'div',
+                    { class: 'card row' },
+                    h('span', { class: 'grow' }, `${i + 1}: ${distance(measure.from, measure.to)}`),
+                    button('', () => set({ measures: { list: all.filter((m) => m !== measure), first: null } }), {
+                        icon: 'trash',
+                        kind: 'plain',
+                        title: 'Remove this distance',
+                    }),
+                ),
+            ),
+        );
         app.overlay.update();
     });
     watch(['tool', 'measures'], () => {
@@ -110,14 +129,31 @@ export function measurePanel(app) {
     watch(['volume'], () => set({ measures: { list: [], first: null } }));
     watch(['cursor'], () => {
         const cursor = get('cursor');
-        const facts = cursor ? [['Value', short(cursor.value, 6)], ['Voxel', cursor.index.map((x) => short(x)).join(', ')],
-            ['World', `${cursor.world.map((x) => short(x)).join(', ')} ${worldUnit()}`]] : [['Value', '–'], ['Voxel', '–'], ['World', '–']];
+        const facts = cursor
+            ? [
+                  ['Value', short(cursor.value, 6)],
+                  ['Voxel', cursor.index.map((x) => short(x)).join(', ')],
+                  ['World', `${cursor.world.map((x) => short(x)).join(', ')} ${worldUnit()}`],
+              ]
+            : [
+                  ['Value', '–'],
+                  ['Voxel', '–'],
+                  ['World', '–'],
+              ];
         found.replaceChildren(...facts.flatMap(([name, text]) => [h('dt', {}, name), h('dd', {}, text)]));
     });
     set({ cursor: null });
     const opacity = numberInput({ minimum: 0, maximum: 1, label: 'Opacity at which the probe stops' }, (x) => (app.probe.opacity = x));
     opacity.update(app.probe.opacity);
-    return h('div', { class: 'stack' }, h('h3', {}, 'Under the pointer'), found,
+    return h(
+        'div',
+        { class: 'stack' },
+        h('h3', {}, 'Under the pointer'),
+        found,
         field('Stops at opacity', opacity, { help: 'The probe goes along the ray until this much opacity is passed' }),
-        h('h3', {}, 'Distances'), tool, hint, list);
+        h('h3', {}, 'Distances'),
+        tool,
+        hint,
+        list,
+    );
 }

@@ -42,20 +42,19 @@ export class Overlay {
 
     /** World to CSS pixels of the picture: [x, y] or null. */
     toPixels = (point) => {
-        const at = this.#view?.project(point), area = this.picture.area;
+        const at = this.#view?.project(point),
+            area = this.picture.area;
         return at && [area.x + at[0] * area.width, area.y + at[1] * area.height];
     };
 
     update() {
         const header = this.picture.header;
-        if (!header?.camera || !get('volume'))
-            return;
+        if (!header?.camera || !get('volume')) return;
         const shown = get('preferences').overlays;
         this.#view = new View(header.camera, header.of[0] / header.of[1]);
         attributes(this.svg, { width: this.picture.clientWidth, height: this.picture.clientHeight });
         this.#ground();
-        for (const layer of this.#layers)
-            layer.update(this.#view, this.toPixels);
+        for (const layer of this.#layers) layer.update(this.#view, this.toPixels);
         this.axes.classList.toggle('off', !shown);
         this.scaleBar.hidden = !shown;
         this.legend.hidden = !shown || get('scene')?.render?.mode === 'xray';
@@ -72,22 +71,46 @@ export class Overlay {
     }
 
     #axes() {
-        const names = axisNames(get('volume').space), { right, up, forward } = this.#view;
-        const ends = [0, 1, 2].flatMap((axis) => [1, -1].map((sign) => {
-            const direction = [0, 1, 2].map((i) => (i === axis ? sign : 0));
-            return { axis, sign, x: dot(direction, right) * AXIS_RADIUS, y: -dot(direction, up) * AXIS_RADIUS, depth: dot(direction, forward) };
-        })).sort((a, b) => b.depth - a.depth);
-        this.axes.replaceChildren(...ends.map(({ axis, sign, x, y, depth }) => {
-            const letter = names[axis][sign > 0 ? 0 : 1], color = AXIS_COLORS[axis];
-            const strong = sign > 0 || names[axis][1];
-            const end = svg('g', { class: 'axis-end', 'data-handle': 'axis', opacity: (0.75 - 0.25 * depth).toFixed(2) },
-                svg('title', {}, `Look from ${letter || `−${names[axis][0]}`}`),
-                strong ? svg('line', { x1: 0, y1: 0, x2: x, y2: y, stroke: color, 'stroke-width': sign > 0 ? 3 : 1.5 }) : null,
-                svg('circle', { cx: x, cy: y, r: strong ? 10 : 6, fill: sign > 0 ? color : '#20262e', stroke: color, 'stroke-width': 1.5 }),
-                letter ? svg('text', { x, y: y + 4, 'text-anchor': 'middle', fill: sign > 0 ? '#101418' : color }, letter) : null);
-            end.addEventListener('click', () => this.app.look('xyz'[axis], sign));
-            return end;
-        }));
+        const names = axisNames(get('volume').space),
+            { right, up, forward } = this.#view;
+        const ends = [0, 1, 2]
+            .flatMap((axis) =>
+                [1, -1].map((sign) => {
+                    const direction = [0, 1, 2].map((i) => (i === axis ? sign : 0));
+                    return {
+                        axis,
+                        sign,
+                        x: dot(direction, right) * AXIS_RADIUS,
+                        y: -dot(direction, up) * AXIS_RADIUS,
+                        depth: dot(direction, forward),
+                    };
+                }),
+            )
+            .sort((a, b) => b.depth - a.depth);
+        this.axes.replaceChildren(
+            ...ends.map(({ axis, sign, x, y, depth }) => {
+                const letter = names[axis][sign > 0 ? 0 : 1],
+                    color = AXIS_COLORS[axis];
+                const strong = sign > 0 || names[axis][1];
+                const end = svg(
+                    'g',
+                    { class: 'axis-end', 'data-handle': 'axis', opacity: (0.75 - 0.25 * depth).toFixed(2) },
+                    svg('title', {}, `Look from ${letter || `−${names[axis][0]}`}`),
+                    strong ? svg('line', { x1: 0, y1: 0, x2: x, y2: y, stroke: color, 'stroke-width': sign > 0 ? 3 : 1.5 }) : null,
+                    svg('circle', {
+                        cx: x,
+                        cy: y,
+                        r: strong ? 10 : 6,
+                        fill: sign > 0 ? color : '#20262e',
+                        stroke: color,
+                        'stroke-width': 1.5,
+                    }),
+                    letter ? svg('text', { x, y: y + 4, 'text-anchor': 'middle', fill: sign > 0 ? '#101418' : color }, letter) : null,
+                );
+                end.addEventListener('click', () => this.app.look('xyz'[axis], sign));
+                return end;
+            }),
+        );
     }
 
     /** Parallel: exact everywhere. Perspective: as long as it says in the focal plane, which is told. */
@@ -98,27 +121,28 @@ export class Overlay {
         const text = `${short(world)} ${unit}${this.#view.parallel ? '' : ' in the focal plane'}`;
         const [bar, label] = this.scaleBar.children.length ? this.scaleBar.children : [h('div', { class: 'bar' }), h('div', {})];
         bar.style.width = `${(world / perPixel).toFixed(1)}px`;
-        if (label.textContent !== text)
-            label.textContent = text;
-        if (!bar.isConnected)
-            this.scaleBar.append(bar, label);
+        if (label.textContent !== text) label.textContent = text;
+        if (!bar.isConnected) this.scaleBar.append(bar, label);
     }
 
     /** The colours of the values that have a colour; in isosurface mode, the surfaces. */
     #legend() {
-        const scene = get('scene'), volume = get('volume');
-        if (!scene?.transfer?.colors?.length || !volume)
-            return;
+        const scene = get('scene'),
+            volume = get('volume');
+        if (!scene?.transfer?.colors?.length || !volume) return;
         if (scene.render?.mode === 'isosurface' && scene.isosurfaces?.length) {
-            this.legend.replaceChildren(...scene.isosurfaces.map((surface) => {
-                const patch = h('i', {});
-                patch.style.background = hex(surface.color ?? [1, 1, 1]);
-                return h('div', { class: 'legend-surface' }, patch, short(surface.value));
-            }));
+            this.legend.replaceChildren(
+                ...scene.isosurfaces.map((surface) => {
+                    const patch = h('i', {});
+                    patch.style.background = hex(surface.color ?? [1, 1, 1]);
+                    return h('div', { class: 'legend-surface' }, patch, short(surface.value));
+                }),
+            );
             return;
         }
         const colors = scene.transfer.colors;
-        const lo = Math.max(colors[0][0], volume.range[0]), hi = Math.min(colors.at(-1)[0], volume.range[1]);
+        const lo = Math.max(colors[0][0], volume.range[0]),
+            hi = Math.min(colors.at(-1)[0], volume.range[1]);
         const [from, to] = hi > lo ? [lo, hi] : volume.range;
         const stops = Array.from({ length: 24 }, (_, i) => hex(evaluate(colors, to + (i / 23) * (from - to))));
         const bar = h('div', { class: 'legend-bar' });

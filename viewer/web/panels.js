@@ -24,15 +24,36 @@ export class Panels {
 
     /** @param {{name, title, icon, key, content: Element, wide?: boolean}} panel */
     add(panel) {
-        const toggle = h('button', {
-            type: 'button', class: 'rail-button', id: `open-${panel.name}`, 'aria-expanded': 'false', 'aria-controls': `panel-${panel.name}`,
-            title: `${panel.title} (${panel.key})`, onclick: () => this.toggle(panel.name),
-        }, icon(panel.icon), h('span', {}, panel.short ?? panel.title));
-        const head = h('header', {}, h('h2', { id: `title-${panel.name}` }, panel.title), h('span', { class: 'spring' }),
-            panel.wide ? button('', () => this.host.classList.toggle('wide'), { icon: 'wide', kind: 'plain', title: 'Wider or narrower' }) : null,
-            button('', () => this.close(), { icon: 'close', kind: 'plain', title: 'Close (Escape)' }));
-        const section = h('section', { class: 'panel', id: `panel-${panel.name}`, 'aria-labelledby': `title-${panel.name}`, tabindex: '-1', hidden: true },
-            head, h('div', { class: 'panel-body' }, panel.content));
+        const toggle = h(
+            'button',
+            {
+                type: 'button',
+                class: 'rail-button',
+                id: `open-${panel.name}`,
+                'aria-expanded': 'false',
+                'aria-controls': `panel-${panel.name}`,
+                title: `${panel.title} (${panel.key})`,
+                onclick: () => this.toggle(panel.name),
+            },
+            icon(panel.icon),
+            h('span', {}, panel.short ?? panel.title),
+        );
+        const head = h(
+            'header',
+            {},
+            h('h2', { id: `title-${panel.name}` }, panel.title),
+            h('span', { class: 'spring' }),
+            panel.wide
+                ? button('', () => this.host.classList.toggle('wide'), { icon: 'wide', kind: 'plain', title: 'Wider or narrower' })
+                : null,
+            button('', () => this.close(), { icon: 'close', kind: 'plain', title: 'Close (Escape)' }),
+        );
+        const section = h(
+            'section',
+            { class: 'panel', id: `panel-${panel.name}`, 'aria-labelledby': `title-${panel.name}`, tabindex: '-1', hidden: true },
+            head,
+            h('div', { class: 'panel-body' }, panel.content),
+        );
         this.rail.append(toggle);
         this.host.append(section);
         this.#panels.set(panel.name, { ...panel, toggle, section });

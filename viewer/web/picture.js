@@ -33,18 +33,19 @@ export class Picture extends HTMLElement {
 
     /** Where the picture lies in this element, in CSS pixels: {x, y, width, height}. */
     get area() {
-        const width = this.clientWidth || 1, height = this.clientHeight || 1;
+        const width = this.clientWidth || 1,
+            height = this.clientHeight || 1;
         const [w, h] = this.header?.of ?? [width, height];
         const factor = Math.min(width / w, height / h);
         /* A rounding of half a pixel is no reason for a black line at the edge. */
-        if (Math.abs(w * factor - width) < 1.5 && Math.abs(h * factor - height) < 1.5)
-            return { x: 0, y: 0, width, height };
+        if (Math.abs(w * factor - width) < 1.5 && Math.abs(h * factor - height) < 1.5) return { x: 0, y: 0, width, height };
         return { x: (width - w * factor) / 2, y: (height - h * factor) / 2, width: w * factor, height: h * factor };
     }
 
     /** Where a pointer event is in the picture: fractions. */
     at(event) {
-        const box = this.getBoundingClientRect(), area = this.area;
+        const box = this.getBoundingClientRect(),
+            area = this.area;
         return [(event.clientX - box.left - area.x) / area.width, (event.clientY - box.top - area.y) / area.height];
     }
 
@@ -60,7 +61,8 @@ export class Picture extends HTMLElement {
 
     #resized() {
         const ratio = window.devicePixelRatio || 1;
-        const width = Math.max(Math.round(this.clientWidth * ratio), 1), height = Math.max(Math.round(this.clientHeight * ratio), 1);
+        const width = Math.max(Math.round(this.clientWidth * ratio), 1),
+            height = Math.max(Math.round(this.clientHeight * ratio), 1);
         if (width !== this.#canvas.width || height !== this.#canvas.height) {
             this.#canvas.width = width;
             this.#canvas.height = height;
@@ -70,10 +72,10 @@ export class Picture extends HTMLElement {
     }
 
     #draw() {
-        if (!this.#bitmap)
-            return;
+        if (!this.#bitmap) return;
         const { width, height } = this.#canvas;
-        const area = this.area, ratio = width / (this.clientWidth || 1);
+        const area = this.area,
+            ratio = width / (this.clientWidth || 1);
         const whole = area.x === 0 && area.y === 0;
         const exact = whole && this.#bitmap.width === width && this.#bitmap.height === height;
         this.#context.imageSmoothingEnabled = !exact;

@@ -5,24 +5,48 @@ import { button, field, h, hex } from './dom.js';
 import { colorInput, checkbox, optionControl, select } from './controls.js';
 import { get, prefer, watch } from './store.js';
 
-const MODES = { composite: 'Composite', mip: 'Maximum', minip: 'Minimum', average: 'Average', xray: 'X-ray', isosurface: 'Isosurface', slice: 'Slice' };
-const GROUNDS = [['Black', '#000000'], ['Dark', '#1b2027'], ['Grey', '#8a8f96'], ['Light', '#eef1f4'], ['White', '#ffffff']];
+const MODES = {
+    composite: 'Composite',
+    mip: 'Maximum',
+    minip: 'Minimum',
+    average: 'Average',
+    xray: 'X-ray',
+    isosurface: 'Isosurface',
+    slice: 'Slice',
+};
+const GROUNDS = [
+    ['Black', '#000000'],
+    ['Dark', '#1b2027'],
+    ['Grey', '#8a8f96'],
+    ['Light', '#eef1f4'],
+    ['White', '#ffffff'],
+];
 
 /** A button for each mode of the row `mode`. */
 function modeChooser(app) {
     const group = h('div', { class: 'modes', role: 'group', 'aria-label': 'Mode' });
     watch(['hello'], () => {
         const row = get('hello')?.options?.render?.find(({ name }) => name === 'mode');
-        group.replaceChildren(...(row?.choices ?? []).map((mode) => button(MODES[mode] ?? mode, () => app.setMode(mode), { kind: 'choice', title: `Mode ${mode}` })));
+        group.replaceChildren(
+            ...(row?.choices ?? []).map((mode) =>
+                button(MODES[mode] ?? mode, () => app.setMode(mode), { kind: 'choice', title: `Mode ${mode}` }),
+            ),
+        );
         [...group.children].forEach((b, i) => (b.dataset.mode = row.choices[i]));
     });
-    watch(['scene', 'hello'], () => [...group.children].forEach((b) => b.setAttribute('aria-pressed', String(b.dataset.mode === get('scene')?.render?.mode))));
+    watch(['scene', 'hello'], () =>
+        [...group.children].forEach((b) => b.setAttribute('aria-pressed', String(b.dataset.mode === get('scene')?.render?.mode))),
+    );
     return group;
 }
 
 /** Rows of an option table as controls that follow scene[key] (or what `read` finds in the scene). */
 function optionList(rows, read, write) {
-    const list = h('div', { class: 'stack' }, rows.map((row) => optionControl(row, (value, phase) => write(row.name, value, phase))));
+    const list = h(
+        'div',
+        { class: 'stack' },
+        rows.map((row) => optionControl(row, (value, phase) => write(row.name, value, phase))),
+    );
     const update = () => {
         const values = read(get('scene')) ?? {};
         rows.forEach((row, i) => list.children[i].update(values[row.name]));
@@ -34,19 +58,30 @@ function optionList(rows, read, write) {
 
 function techniqueSection(app) {
     const box = h('div', { class: 'stack' });
-    let shown = null, list = null, choice = null, summary = null;
+    let shown = null,
+        list = null,
+        choice = null,
+        summary = null;
     watch(['hello', 'scene'], () => {
-        const { techniques } = get('hello') ?? {}, technique = get('scene')?.technique;
-        if (!techniques || !technique)
-            return;
+        const { techniques } = get('hello') ?? {},
+            technique = get('scene')?.technique;
+        if (!techniques || !technique) return;
         if (technique.name !== shown || !choice) {
             shown = technique.name;
             const found = techniques.find(({ name }) => name === shown);
-            choice = select(techniques.map(({ name }) => name), (name) => app.edits.apply({ technique: { name, options: {} } }), 'Technique');
+            choice = select(
+                techniques.map(({ name }) => name),
+                (name) => app.edits.apply({ technique: { name, options: {} } }),
+                'Technique',
+            );
             choice.update(shown);
             summary = h('p', { class: 'hint' }, found?.summary ?? '');
-            list = optionList(found?.options ?? [], (scene) => scene?.technique?.options, (name, value, phase) =>
-                app.edits.apply({ technique: { name: shown, options: { ...get('scene').technique.options, [name]: value } } }, phase));
+            list = optionList(
+                found?.options ?? [],
+                (scene) => scene?.technique?.options,
+                (name, value, phase) =>
+                    app.edits.apply({ technique: { name: shown, options: { ...get('scene').technique.options, [name]: value } } }, phase),
+            );
             box.replaceChildren(field('Technique', choice, { help: 'How the picture is computed' }), summary, list);
         }
         list.update();
@@ -60,7 +95,11 @@ export function sceneOptions(app, group, leaveOut = []) {
     let list = null;
     watch(['hello'], () => {
         const rows = (get('hello')?.options?.[group] ?? []).filter(({ name }) => !leaveOut.includes(name));
-        list = optionList(rows, (scene) => scene?.[group], (name, value, phase) => app.edits.apply({ [group]: { [name]: value } }, phase));
+        list = optionList(
+            rows,
+            (scene) => scene?.[group],
+            (name, value, phase) => app.edits.apply({ [group]: { [name]: value } }, phase),
+        );
         box.replaceChildren(list);
     });
     watch(['scene'], () => list?.update());
@@ -69,20 +108,29 @@ export function sceneOptions(app, group, leaveOut = []) {
 
 function background(app) {
     const color = colorInput((c, phase) => app.edits.apply({ background: c }, phase), 'Background');
-    const presets = h('div', { class: 'swatches' }, GROUNDS.map(([name, value]) => {
-        const swatch = h('button', { type: 'button', class: 'swatch', title: `Background: ${name}`, 'aria-label': `Background ${name}` });
-        swatch.style.background = value;
-        swatch.addEventListener('click', () => app.edits.apply({ background: [...[1, 3, 5].map((i) => parseInt(value.slice(i, i + 2), 16) / 255), 1] }));
-        swatch.dataset.color = value;
-        return swatch;
-    }));
+    const presets = h(
+        'div',
+        { class: 'swatches' },
+        GROUNDS.map(([name, value]) => {
+            const swatch = h('button', {
+                type: 'button',
+                class: 'swatch',
+                title: `Background: ${name}`,
+                'aria-label': `Background ${name}`,
+            });
+            swatch.style.background = value;
+            swatch.addEventListener('click', () =>
+                app.edits.apply({ background: [...[1, 3, 5].map((i) => parseInt(value.slice(i, i + 2), 16) / 255), 1] }),
+            );
+            swatch.dataset.color = value;
+            return swatch;
+        }),
+    );
     watch(['scene'], () => {
         const ground = get('scene')?.background;
-        if (!ground)
-            return;
+        if (!ground) return;
         color.update(ground);
-        for (const swatch of presets.children)
-            swatch.setAttribute('aria-pressed', String(swatch.dataset.color === hex(ground)));
+        for (const swatch of presets.children) swatch.setAttribute('aria-pressed', String(swatch.dataset.color === hex(ground)));
     });
     return field('Background', h('div', { class: 'row' }, color, presets));
 }
@@ -95,17 +143,37 @@ function linearLight(app) {
 
 function device(app) {
     const text = h('span', { class: 'value' });
-    const resolution = select([['1', 'every pixel of the screen'], ['css', 'one per CSS pixel'], ['0.5', 'half']], (part) => prefer({ resolution: part }), 'Resolution');
+    const resolution = select(
+        [
+            ['1', 'every pixel of the screen'],
+            ['css', 'one per CSS pixel'],
+            ['0.5', 'half'],
+        ],
+        (part) => prefer({ resolution: part }),
+        'Resolution',
+    );
     watch(['hello', 'preferences'], () => {
         const d = get('hello')?.device;
         text.textContent = d ? `${d.name ?? d.kind}${d.threads ? `, ${d.threads} threads` : ''}` : '';
         resolution.update(get('preferences').resolution);
     });
-    return [field('Resolution', resolution, { help: 'Of the picture at rest; under the moving hand it follows the time budget' }),
-        h('div', { class: 'field' }, h('span', { class: 'label' }, 'Device'), text)];
+    return [
+        field('Resolution', resolution, { help: 'Of the picture at rest; under the moving hand it follows the time budget' }),
+        h('div', { class: 'field' }, h('span', { class: 'label' }, 'Device'), text),
+    ];
 }
 
 export function renderPanel(app) {
-    return h('div', { class: 'stack' }, modeChooser(app), techniqueSection(app), h('h3', {}, 'Optics'), sceneOptions(app, 'render', ['mode']),
-        h('h3', {}, 'Picture'), background(app), linearLight(app), device(app));
+    return h(
+        'div',
+        { class: 'stack' },
+        modeChooser(app),
+        techniqueSection(app),
+        h('h3', {}, 'Optics'),
+        sceneOptions(app, 'render', ['mode']),
+        h('h3', {}, 'Picture'),
+        background(app),
+        linearLight(app),
+        device(app),
+    );
 }

@@ -5,7 +5,14 @@ import { button, field, h } from './dom.js';
 import { checkbox, numberInput, select } from './controls.js';
 import { get, watch } from './store.js';
 
-const SIZES = [['window', 'as in the window'], ['1920x1080', '1920 × 1080'], ['3840x2160', '3840 × 2160'], ['2048x2048', '2048 × 2048'], ['4096x4096', '4096 × 4096'], ['own', 'own size']];
+const SIZES = [
+    ['window', 'as in the window'],
+    ['1920x1080', '1920 × 1080'],
+    ['3840x2160', '3840 × 2160'],
+    ['2048x2048', '2048 × 2048'],
+    ['4096x4096', '4096 × 4096'],
+    ['own', 'own size'],
+];
 const MOST_PIXELS = 2 ** 26;
 
 /** The bar for what takes a while: a caption, how far, a button to stop it. */
@@ -45,29 +52,41 @@ export function savePanel(app) {
         ownSize.hidden = sizes.value !== 'own';
     };
     update();
-    const size = () => (sizes.value === 'window' ? app.picture.wanted() : sizes.value === 'own' ? [own.width, own.height] : sizes.value.split('x').map(Number));
+    const size = () =>
+        sizes.value === 'window'
+            ? app.picture.wanted()
+            : sizes.value === 'own'
+              ? [own.width, own.height]
+              : sizes.value.split('x').map(Number);
     const background = checkbox(() => {}, 'With background');
     background.update(true);
     const savePicture = () => {
         const [w, hgt] = size();
         if (w * hgt > MOST_PIXELS)
             app.messages.error(`${w} × ${hgt} are more pixels than a picture may have (${MOST_PIXELS}). Choose a smaller size.`);
-        else
-            app.download({ do: 'picture', size: [w, hgt], background: background.checked });
+        else app.download({ do: 'picture', size: [w, hgt], background: background.checked });
     };
     const frames = numberInput({ minimum: 2, maximum: 3600, label: 'Frames', whole: true }, () => {});
     const degrees = numberInput({ label: 'Degrees' }, () => {});
     frames.update(72);
     degrees.update(360);
-    const saveMovie = () => app.download({ do: 'movie', size: size().map((x) => x - (x % 2)), frames: Number(frames.value), degrees: Number(degrees.value) });
+    const saveMovie = () =>
+        app.download({ do: 'movie', size: size().map((x) => x - (x % 2)), frames: Number(frames.value), degrees: Number(degrees.value) });
     watch(['busy'], () => element.classList.toggle('busy', Boolean(get('busy'))));
-    const element = h('div', { class: 'stack' }, field('Size', sizes), ownSize,
+    const element = h(
+        'div',
+        { class: 'stack' },
+        field('Size', sizes),
+        ownSize,
         field('Background', background, { help: 'Off: what is empty is transparent' }),
         button('Save picture', savePicture, { icon: 'save', kind: 'primary', title: 'At full quality, as PNG (Ctrl S)' }),
-        h('h3', {}, 'Turntable'), h('div', { class: 'row' }, field('Frames', frames), field('Turn', degrees, { unit: 'degrees' })),
+        h('h3', {}, 'Turntable'),
+        h('div', { class: 'row' }, field('Frames', frames), field('Turn', degrees, { unit: 'degrees' })),
         button('Save movie', saveMovie, { icon: 'save', kind: 'small', title: 'A turn about the view-up' }),
-        h('h3', {}, 'Scene'), h('p', { class: 'hint' }, 'All that decides what is seen, for “pellucid render --scene” or to open here again.'),
-        button('Save scene', () => app.download({ do: 'scene' }), { icon: 'save', kind: 'small' }));
+        h('h3', {}, 'Scene'),
+        h('p', { class: 'hint' }, 'All that decides what is seen, for “pellucid render --scene” or to open here again.'),
+        button('Save scene', () => app.download({ do: 'scene' }), { icon: 'save', kind: 'small' }),
+    );
     app.savePicture = savePicture;
     return element;
 }

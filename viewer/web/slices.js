@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
-/* Three slices square to the volume's own axes, with a linked cross-hair: click or drag moves it, the wheel steps through, a right drag sets
- * window and level. What lies where is told by the camera of each slice's frame. */
+/* Three slices square to the volume's own axes, with a linked cross-hair: click or drag moves it, the wheel steps through, a right
+ * drag sets window and level. What lies where is told by the camera of each slice's frame. */
 
 import { attributes, button, clamp, field, h, short, svg } from './dom.js';
 import { checkbox, numberInput, slider } from './controls.js';
@@ -10,13 +10,13 @@ import { get, set, watch } from './store.js';
 const COLORS = ['#ff6b6b', '#6bd968', '#6fa8ff'];
 const VIEWS = ['slice-i', 'slice-j', 'slice-k'];
 
-/** A window that shows tissue: from the least value to where all but half a hundredth of what is not the background (the fullest bin) lie below. */
+/** A window that shows tissue: from the least value to where 99.5 % of what is not the background (the fullest bin) lie below. */
 function usualWindow({ range, histogram }) {
     const { lo, hi, counts } = histogram ?? { counts: [] };
     const ground = counts.indexOf(Math.max(...counts));
-    const rest = counts.map((n, i) => (i === ground ? 0 : n)), all = rest.reduce((sum, n) => sum + n, 0);
-    if (!(all > 0))
-        return [...range];
+    const rest = counts.map((n, i) => (i === ground ? 0 : n)),
+        all = rest.reduce((sum, n) => sum + n, 0);
+    if (!(all > 0)) return [...range];
     let sum = 0;
     const top = rest.findIndex((n) => (sum += n) >= 0.995 * all);
     const high = lo + ((top + 1) * (hi - lo)) / counts.length;
@@ -45,13 +45,16 @@ class Slice {
         this.picture.addEventListener('resized', () => this.update());
         this.picture.addEventListener('pointerdown', (event) => this.#press(event));
         this.picture.addEventListener('pointermove', (event) => this.#move(event));
-        for (const end of ['pointerup', 'pointercancel'])
-            this.picture.addEventListener(end, () => this.#lift());
+        for (const end of ['pointerup', 'pointercancel']) this.picture.addEventListener(end, () => this.#lift());
         this.picture.addEventListener('contextmenu', (event) => event.preventDefault());
-        this.picture.addEventListener('wheel', (event) => {
-            event.preventDefault();
-            slices.step(axis, event.deltaY > 0 ? -1 : 1);
-        }, { passive: false });
+        this.picture.addEventListener(
+            'wheel',
+            (event) => {
+                event.preventDefault();
+                slices.step(axis, event.deltaY > 0 ? -1 : 1);
+            },
+            { passive: false },
+        );
         this.picture.addEventListener('keydown', (event) => this.#key(event));
     }
 
@@ -64,18 +67,16 @@ class Slice {
         this.picture.setPointerCapture(event.pointerId);
         this.picture.focus({ preventScroll: true });
         this.#drag = { from: [event.clientX, event.clientY], window: this.slices.window, level: event.button === 2 };
-        if (!this.#drag.level)
-            this.#goTo(event);
+        if (!this.#drag.level) this.#goTo(event);
         event.preventDefault();
     }
 
     #move(event) {
-        if (!this.#drag)
-            return;
-        if (!this.#drag.level)
-            return this.#goTo(event);
+        if (!this.#drag) return;
+        if (!this.#drag.level) return this.#goTo(event);
         /* Right drag: to the right widens the window, upwards brightens, as in radiology. */
-        const [lo, hi] = this.#drag.window, [a, b] = get('volume').range;
+        const [lo, hi] = this.#drag.window,
+            [a, b] = get('volume').range;
         const width = Math.max(hi - lo + ((event.clientX - this.#drag.from[0]) / 300) * (b - a), (b - a) * 1e-3);
         const level = (lo + hi) / 2 + ((event.clientY - this.#drag.from[1]) / 300) * (b - a);
         this.slices.setWindow([level - width / 2, level + width / 2]);
@@ -88,8 +89,7 @@ class Slice {
     /** The cross-hair goes to the pointer, within this slice. */
     #goTo(event) {
         const view = this.view;
-        if (!view)
-            return;
+        if (!view) return;
         const { inverse, at } = this.slices;
         const index = transform(inverse, view.unproject(...this.picture.at(event)));
         index[this.axis] = transform(inverse, at)[this.axis];
@@ -97,13 +97,17 @@ class Slice {
     }
 
     #key(event) {
-        const others = [0, 1, 2].filter((i) => i !== this.axis), far = event.shiftKey ? 10 : 1;
+        const others = [0, 1, 2].filter((i) => i !== this.axis),
+            far = event.shiftKey ? 10 : 1;
         const steps = {
-            PageUp: [this.axis, 1], PageDown: [this.axis, -1],
-            ArrowLeft: [others[0], -1], ArrowRight: [others[0], 1], ArrowDown: [others[1], -1], ArrowUp: [others[1], 1],
+            PageUp: [this.axis, 1],
+            PageDown: [this.axis, -1],
+            ArrowLeft: [others[0], -1],
+            ArrowRight: [others[0], 1],
+            ArrowDown: [others[1], -1],
+            ArrowUp: [others[1], 1],
         };
-        if (!(event.key in steps))
-            return;
+        if (!(event.key in steps)) return;
         this.slices.step(steps[event.key][0], steps[event.key][1] * far);
         event.preventDefault();
         event.stopPropagation();
@@ -111,16 +115,20 @@ class Slice {
 
     /** Cross-hair, letters at the sides, the number of the slice. */
     update() {
-        const view = this.view, { at, matrix, inverse } = this.slices, volume = get('volume');
-        if (!view || !at || !matrix)
-            return;
-        const area = this.picture.area, pixels = (p) => {
-            const [x, y] = view.project(p);
-            return [area.x + x * area.width, area.y + y * area.height];
-        };
+        const view = this.view,
+            { at, matrix, inverse } = this.slices,
+            volume = get('volume');
+        if (!view || !at || !matrix) return;
+        const area = this.picture.area,
+            pixels = (p) => {
+                const [x, y] = view.project(p);
+                return [area.x + x * area.width, area.y + y * area.height];
+            };
         attributes(this.svg, { width: this.picture.clientWidth, height: this.picture.clientHeight });
-        const others = [0, 1, 2].filter((i) => i !== this.axis), reach = 4 * Math.max(...volume.dims);
-        this.#lines.forEach((line, i) => { /* the line of others[i]'s slice runs along the other axis */
+        const others = [0, 1, 2].filter((i) => i !== this.axis),
+            reach = 4 * Math.max(...volume.dims);
+        this.#lines.forEach((line, i) => {
+            /* the line of others[i]'s slice runs along the other axis */
             const along = scale(axisStep(matrix, others[1 - i]), reach);
             const [a, b] = [pixels(add(at, along)), pixels(add(at, scale(along, -1)))];
             attributes(line, { x1: a[0], y1: a[1], x2: b[0], y2: b[1] });
@@ -146,8 +154,7 @@ export class Slices {
         watch(['volume'], () => this.#volume());
         watch(['layout'], () => this.#layout(stage));
         watch(['link'], () => get('link').state === 'open' && this.on && setTimeout(() => this.#send(), 0));
-        for (const { picture } of this.slices)
-            picture.addEventListener('resized', () => this.on && this.#schedule());
+        for (const { picture } of this.slices) picture.addEventListener('resized', () => this.on && this.#schedule());
     }
 
     get on() {
@@ -159,18 +166,18 @@ export class Slices {
         this.matrix = flat(volume.index_to_world);
         this.inverse = invert(this.matrix);
         this.window = usualWindow(volume);
-        this.at = transform(this.matrix, volume.dims.map((n) => Math.floor(n / 2)));
+        this.at = transform(
+            this.matrix,
+            volume.dims.map((n) => Math.floor(n / 2)),
+        );
         this.#told();
-        if (this.on)
-            this.#schedule();
+        if (this.on) this.#schedule();
     }
 
     #layout(stage) {
         stage.dataset.layout = get('layout');
-        if (this.on)
-            this.#schedule();
-        else if (get('volume'))
-            this.app.connection.send({ do: 'slices', at: null });
+        if (this.on) this.#schedule();
+        else if (get('volume')) this.app.connection.send({ do: 'slices', at: null });
     }
 
     #schedule() {
@@ -182,22 +189,23 @@ export class Slices {
 
     #send() {
         this.#scheduled = false;
-        if (!this.on || !this.at)
-            return;
+        if (!this.on || !this.at) return;
         const size = this.slices[0].picture.wanted();
         this.app.connection.send({ do: 'slices', at: this.at, size, ...(this.grey ? { window: this.window } : {}) });
     }
 
     #told() {
-        for (const slice of this.slices)
-            slice.update();
+        for (const slice of this.slices) slice.update();
         this.onchange?.();
     }
 
     /** The cross-hair at an index (fractions allowed), kept inside the volume. */
     goTo(index) {
         const { dims } = get('volume');
-        this.at = transform(this.matrix, index.map((x, i) => clamp(x, 0, dims[i] - 1)));
+        this.at = transform(
+            this.matrix,
+            index.map((x, i) => clamp(x, 0, dims[i] - 1)),
+        );
         this.#told();
         this.#schedule();
     }
@@ -227,18 +235,23 @@ export function slicesPanel(app) {
     const grey = checkbox((wish) => slices.setGrey(wish), 'Grey values');
     const window = numberInput({ label: 'Window', minimum: 0 }, (w) => slices.setWindow([level() - w / 2, level() + w / 2]));
     const levels = numberInput({ label: 'Level' }, (l) => slices.setWindow([l - width() / 2, l + width() / 2]));
-    const level = () => (slices.window[0] + slices.window[1]) / 2, width = () => slices.window[1] - slices.window[0];
+    const level = () => (slices.window[0] + slices.window[1]) / 2,
+        width = () => slices.window[1] - slices.window[0];
     const rows = h('div', { class: 'stack' });
-    watch(['volume'], () => rows.replaceChildren(...get('volume').dims.map((n, axis) => {
-        const control = slider({ minimum: 0, maximum: Math.max(n - 1, 1), label: `Slice ${'ijk'[axis]}`, whole: true }, (x) => {
-            const index = transform(slices.inverse, slices.at);
-            index[axis] = x;
-            slices.goTo(index);
-        });
-        const row = field('ijk'[axis], control);
-        row.update = control.update;
-        return row;
-    })));
+    watch(['volume'], () =>
+        rows.replaceChildren(
+            ...get('volume').dims.map((n, axis) => {
+                const control = slider({ minimum: 0, maximum: Math.max(n - 1, 1), label: `Slice ${'ijk'[axis]}`, whole: true }, (x) => {
+                    const index = transform(slices.inverse, slices.at);
+                    index[axis] = x;
+                    slices.goTo(index);
+                });
+                const row = field('ijk'[axis], control);
+                row.update = control.update;
+                return row;
+            }),
+        ),
+    );
     const place = h('p', { class: 'hint' });
     slices.onchange = () => {
         on.update(slices.on);
@@ -250,8 +263,15 @@ export function slicesPanel(app) {
         place.textContent = `Cross-hair at ${slices.at.map((x) => short(x)).join(', ')} in the world.`;
     };
     watch(['layout', 'volume'], () => get('volume') && slices.onchange());
-    return h('div', { class: 'stack' }, field('Three slices', on), rows, place, field('Grey values', grey, { help: 'Grey between the ends of the window; off: the transfer function’s colours' }),
+    return h(
+        'div',
+        { class: 'stack' },
+        field('Three slices', on),
+        rows,
+        place,
+        field('Grey values', grey, { help: 'Grey between the ends of the window; off: the transfer function’s colours' }),
         h('div', { class: 'row' }, field('Window', window), field('Level', levels)),
         button('Whole range', () => slices.setWindow([...get('volume').range]), { kind: 'small' }),
-        h('p', { class: 'hint' }, 'Drag moves the cross-hair, the wheel steps, a right drag sets window (sideways) and level (upwards).'));
+        h('p', { class: 'hint' }, 'Drag moves the cross-hair, the wheel steps, a right drag sets window (sideways) and level (upwards).'),
+    );
 }

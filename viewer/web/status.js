@@ -9,17 +9,26 @@ const QUALITY = { moving: 'moving', full: 'full quality', refined: 'refined' };
 
 /** 1234567 as 1.2 M. */
 function many(count) {
-    for (const [size, unit] of [[1e9, ' G'], [1e6, ' M'], [1e3, ' k']])
-        if (count >= size)
-            return short(count / size, 2) + unit;
+    for (const [size, unit] of [
+        [1e9, ' G'],
+        [1e6, ' M'],
+        [1e3, ' k'],
+    ])
+        if (count >= size) return short(count / size, 2) + unit;
     return String(count);
 }
 
 export function statusLine(host) {
     const names = ['quality', 'frame', 'fps', 'latency', 'size', 'technique', 'samples', 'device'];
     const titles = {
-        quality: 'Quality of the picture that is seen', frame: 'Time to draw and to pack the frame on the server', fps: 'Frames shown in the last second',
-        latency: 'From an input to the frame that shows it (median)', size: 'Pixels drawn, of the pixels of the picture', technique: 'Technique', samples: 'Samples taken along rays', device: 'What draws',
+        quality: 'Quality of the picture that is seen',
+        frame: 'Time to draw and to pack the frame on the server',
+        fps: 'Frames shown in the last second',
+        latency: 'From an input to the frame that shows it (median)',
+        size: 'Pixels drawn, of the pixels of the picture',
+        technique: 'Technique',
+        samples: 'Samples taken along rays',
+        device: 'What draws',
     };
     const parts = Object.fromEntries(names.map((name) => [name, h('span', { class: `status-${name}`, title: titles[name] })]));
     const cursor = h('span', { class: 'status-cursor' });
@@ -29,14 +38,15 @@ export function statusLine(host) {
     const paint = () => {
         due = 0;
         const frame = get('frame');
-        if (!frame)
-            return;
-        const { header, fps, latency } = frame, ms = header.ms ?? {};
+        if (!frame) return;
+        const { header, fps, latency } = frame,
+            ms = header.ms ?? {};
         put('quality', QUALITY[header.quality] ?? header.quality);
         put('frame', `${short((ms.draw ?? 0) + (ms.encode ?? 0), 3)} ms`);
         put('fps', header.quality === 'moving' && fps ? `${Math.round(fps)} frames/s` : '');
         put('latency', header.quality === 'moving' && latency !== null ? `${Math.round(latency)} ms to the eye` : '');
-        put('size', header.size[0] === header.of[0] ? header.size.join(' × ') : `${header.size.join(' × ')} of ${header.of.join(' × ')}`);
+        const [drawn, whole] = [header.size.join(' × '), header.of.join(' × ')];
+        put('size', drawn === whole ? drawn : `${drawn} of ${whole}`);
         put('technique', header.technique + (header.averaged > 1 ? `, mean of ${header.averaged}` : ''));
         put('samples', header.samples ? `${many(header.samples)} samples` : '');
         put('device', header.device ?? '');

@@ -19,8 +19,7 @@ export const get = (key) => values.get(key);
 /** Sets keys and tells their listeners once each, after all are set. */
 export function set(changes) {
     const changed = Object.keys(changes).filter((key) => values.get(key) !== changes[key]);
-    for (const key of changed)
-        values.set(key, changes[key]);
+    for (const key of changed) values.set(key, changes[key]);
     const told = new Set();
     for (const key of changed) {
         for (const listener of listeners.get(key) ?? []) {
@@ -35,12 +34,10 @@ export function set(changes) {
 /** Calls back whenever one of the keys changes, and once now where one is set already. */
 export function watch(keys, listener) {
     for (const key of keys) {
-        if (!listeners.has(key))
-            listeners.set(key, new Set());
+        if (!listeners.has(key)) listeners.set(key, new Set());
         listeners.get(key).add(listener);
     }
-    if (keys.some((key) => values.has(key)))
-        listener({});
+    if (keys.some((key) => values.has(key))) listener({});
 }
 
 const STORED = 'pellucid';

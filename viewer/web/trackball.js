@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
-/* VTK's trackball on a picture: left turns, middle or shift-left pans, right or wheel zooms, ctrl-left rolls. Two fingers pan, pinch and roll.
- * The camera itself turns in the session; here only fractions of the picture are told. */
+/* VTK's trackball on a picture: left turns, middle or shift-left pans, right or wheel zooms, ctrl-left rolls. Two fingers pan, pinch
+ * and roll. The camera itself turns in the session; here only fractions of the picture are told. */
 
 const CLICK_PIXELS = 4;
 const REST_MS = 220;
@@ -31,12 +31,9 @@ export class Burst {
 
 /** What a mouse button with these keys does, in VTK's words. */
 export function action(button, event) {
-    if (button === 1)
-        return 'pan';
-    if (button === 2)
-        return 'zoom';
-    if (event.ctrlKey || event.metaKey)
-        return event.shiftKey ? 'zoom' : 'roll';
+    if (button === 1) return 'pan';
+    if (button === 2) return 'zoom';
+    if (event.ctrlKey || event.metaKey) return event.shiftKey ? 'zoom' : 'roll';
     return event.shiftKey ? 'pan' : 'rotate';
 }
 
@@ -68,14 +65,12 @@ export class Trackball {
         picture.addEventListener('contextmenu', (event) => event.preventDefault());
         picture.addEventListener('wheel', (event) => this.#wheel(event), { passive: false });
         picture.addEventListener('dblclick', (event) => {
-            if (event.button === 0)
-                connection.send({ do: 'focus', at: this.picture.at(event), gesture: connection.newGesture() });
+            if (event.button === 0) connection.send({ do: 'focus', at: this.picture.at(event), gesture: connection.newGesture() });
         });
     }
 
     #press(event) {
-        if (event.target.closest('[data-handle]'))
-            return;
+        if (event.target.closest('[data-handle]')) return;
         this.picture.focus({ preventScroll: true });
         this.picture.setPointerCapture(event.pointerId);
         this.#pointers.set(event.pointerId, this.picture.at(event));
@@ -91,31 +86,28 @@ export class Trackball {
 
     #drag(event) {
         if (!this.#pointers.has(event.pointerId)) {
-            if (event.pointerType !== 'touch' && !event.buttons)
-                this.told.hover(this.picture.at(event));
+            if (event.pointerType !== 'touch' && !event.buttons) this.told.hover(this.picture.at(event));
             return;
         }
         const before = [...this.#pointers.values()];
-        const last = this.#pointers.get(event.pointerId), now = this.picture.at(event);
+        const last = this.#pointers.get(event.pointerId),
+            now = this.picture.at(event);
         this.#travel = Math.max(this.#travel, Math.hypot(event.clientX - this.#down[0], event.clientY - this.#down[1]));
         if (this.#travel < CLICK_PIXELS && this.#pointers.size === 1)
             return; /* may yet be a click; nothing of the way is lost, as `last` stays */
         this.#pointers.set(event.pointerId, now);
-        if (this.#pointers.size >= 2)
-            this.#pinch(before, [...this.#pointers.values()], event.timeStamp);
-        else
-            this.#mouse(last, now, event.timeStamp);
+        if (this.#pointers.size >= 2) this.#pinch(before, [...this.#pointers.values()], event.timeStamp);
+        else this.#mouse(last, now, event.timeStamp);
     }
 
     #mouse(last, now, time) {
         const by = [now[0] - last[0], now[1] - last[1]];
         const { connection } = this;
-        if (this.#action === 'zoom') /* VTK: 1.1 to the tenth for half the height */
+        if (this.#action === 'zoom')
+            /* VTK: 1.1 to the tenth for half the height */
             connection.move('zoom', 1.1 ** (-20 * by[1]), this.#gesture, { time });
-        else if (this.#action === 'roll')
-            connection.move('roll', this.#angle(last, now), this.#gesture, { time });
-        else
-            connection.move(this.#action, by, this.#gesture, { time });
+        else if (this.#action === 'roll') connection.move('roll', this.#angle(last, now), this.#gesture, { time });
+        else connection.move(this.#action, by, this.#gesture, { time });
     }
 
     /** Degrees between two places, seen from the middle of the picture, counter-clockwise. */
@@ -129,8 +121,12 @@ export class Trackball {
     #pinch(before, now, time) {
         const [from, to] = [before.slice(0, 2), now.slice(0, 2)];
         const aspect = this.picture.area.width / this.picture.area.height;
-        const a = mean(from), b = mean(to), u = apart(from, aspect), v = apart(to, aspect);
-        const { connection } = this, gesture = this.#gesture;
+        const a = mean(from),
+            b = mean(to),
+            u = apart(from, aspect),
+            v = apart(to, aspect);
+        const { connection } = this,
+            gesture = this.#gesture;
         connection.move('pan', [b[0] - a[0], b[1] - a[1]], gesture, { time });
         const ratio = Math.hypot(...v) / (Math.hypot(...u) || 1);
         if (Number.isFinite(ratio) && ratio > 0)
@@ -140,8 +136,7 @@ export class Trackball {
     }
 
     #lift(event) {
-        if (!this.#pointers.delete(event.pointerId) || this.#pointers.size > 0)
-            return;
+        if (!this.#pointers.delete(event.pointerId) || this.#pointers.size > 0) return;
         this.connection.release();
         if (event.type === 'pointerup' && this.#travel < CLICK_PIXELS && this.#action === 'rotate')
             this.told.click(this.picture.at(event), event);

@@ -16,9 +16,17 @@ const MARGIN = { left: 36, right: 10, top: 10, bottom: 22 };
 const BAR = 18;
 const FINE = 0.12;
 
+/** What a point of each part is called. */
+export const NAMES = { opacities: 'Point', colors: 'Colour', isosurfaces: 'Isovalue' };
+
 export class TransferEditor extends HTMLElement {
     #canvas = h('canvas', { 'aria-hidden': 'true' });
-    #svg = svg('svg', { class: 'points', role: 'application', tabindex: '0', 'aria-label': 'Transfer function. Page up and down choose a point, arrows move it, Insert adds, Delete removes' });
+    #svg = svg('svg', {
+        class: 'points',
+        role: 'application',
+        tabindex: '0',
+        'aria-label': 'Transfer function. Page up and down choose a point, arrows move it, Insert adds, Delete removes',
+    });
     #live = h('div', { class: 'hidden', 'aria-live': 'polite' });
     #drag = null;
     #observer = new ResizeObserver(() => this.draw());
@@ -33,8 +41,7 @@ export class TransferEditor extends HTMLElement {
         this.#observer.observe(this);
         this.#svg.addEventListener('pointerdown', (event) => this.#press(event));
         this.#svg.addEventListener('pointermove', (event) => this.#move(event));
-        for (const end of ['pointerup', 'pointercancel'])
-            this.#svg.addEventListener(end, (event) => this.#lift(event));
+        for (const end of ['pointerup', 'pointercancel']) this.#svg.addEventListener(end, (event) => this.#lift(event));
         this.#svg.addEventListener('dblclick', (event) => this.#add(event));
         this.#svg.addEventListener('contextmenu', (event) => this.#menu(event));
         this.#svg.addEventListener('wheel', (event) => this.#wheel(event), { passive: false });
@@ -62,15 +69,19 @@ export class TransferEditor extends HTMLElement {
     draw() {
         this.#frame ||= requestAnimationFrame(() => {
             this.#frame = 0;
-            if (this.isConnected && this.clientWidth > 0)
-                this.#paint();
+            if (this.isConnected && this.clientWidth > 0) this.#paint();
         });
     }
 
     get axes() {
         const [lo, hi] = this.look.zoom ?? this.data.range;
-        return new Axes(lo, hi, Math.max(this.clientWidth - MARGIN.left - MARGIN.right, 20),
-            Math.max(this.clientHeight - MARGIN.top - MARGIN.bottom - BAR, 20), this.look.power);
+        return new Axes(
+            lo,
+            hi,
+            Math.max(this.clientWidth - MARGIN.left - MARGIN.right, 20),
+            Math.max(this.clientHeight - MARGIN.top - MARGIN.bottom - BAR, 20),
+            this.look.power,
+        );
     }
 
     choose(part, index, quiet) {
@@ -79,7 +90,7 @@ export class TransferEditor extends HTMLElement {
         if (point && !quiet) {
             const value = part === 'isosurfaces' ? point.value : point[0];
             const text = part === 'opacities' ? `, opacity ${short(point[1])}` : '';
-            this.#live.textContent = `${{ opacities: 'Point', colors: 'Colour', isosurfaces: 'Isovalue' }[part]} ${index + 1} of ${this.data[part].length}: value ${short(value)}${text}`;
+            this.#live.textContent = `${NAMES[part]} ${index + 1} of ${this.data[part].length}: value ${short(value)}${text}`;
         }
         this.#tell('choose', { part, index });
         this.draw();
@@ -99,13 +110,20 @@ export class TransferEditor extends HTMLElement {
     /* ---- drawing ---- */
 
     #paint() {
-        const axes = this.axes, style = getComputedStyle(this);
+        const axes = this.axes,
+            style = getComputedStyle(this);
         drawHistogram(this.#canvas, axes, {
-            ...this.data, logarithmic: this.look.logarithmic, ratio: window.devicePixelRatio || 1, bar: BAR,
+            ...this.data,
+            logarithmic: this.look.logarithmic,
+            ratio: window.devicePixelRatio || 1,
+            bar: BAR,
             style: { grid: style.getPropertyValue('--grid'), bars: style.getPropertyValue('--bars') },
         });
         Object.assign(this.#canvas.style, {
-            left: `${MARGIN.left}px`, top: `${MARGIN.top}px`, width: `${axes.width}px`, height: `${axes.height + BAR}px`,
+            left: `${MARGIN.left}px`,
+            top: `${MARGIN.top}px`,
+            width: `${axes.width}px`,
+            height: `${axes.height + BAR}px`,
         });
         attributes(this.#svg, { width: this.clientWidth, height: this.clientHeight });
         const inside = svg('g', { transform: `translate(${MARGIN.left} ${MARGIN.top})` });
@@ -115,15 +133,18 @@ export class TransferEditor extends HTMLElement {
 
     #ticks(axes) {
         const below = axes.height + BAR + 14;
-        const values = axes.valueTicks().map((value) => svg('text', { x: axes.x(value), y: below, class: 'tick', 'text-anchor': 'middle' }, short(value)));
-        const opacities = axes.opacityTicks().map((opacity) => svg('text', { x: -6, y: axes.y(opacity) + 4, class: 'tick', 'text-anchor': 'end' }, short(opacity)));
+        const values = axes
+            .valueTicks()
+            .map((value) => svg('text', { x: axes.x(value), y: below, class: 'tick', 'text-anchor': 'middle' }, short(value)));
+        const opacities = axes
+            .opacityTicks()
+            .map((opacity) => svg('text', { x: -6, y: axes.y(opacity) + 4, class: 'tick', 'text-anchor': 'end' }, short(opacity)));
         return [...values, ...opacities];
     }
 
     #curve(axes) {
         const points = this.data.opacities;
-        if (!points.length)
-            return [];
+        if (!points.length) return [];
         const at = ([value, opacity]) => `${axes.x(value).toFixed(1)},${axes.y(opacity).toFixed(1)}`;
         /* Between points a straight line of opacity is bent on the power scale: follow it. */
         const path = [];
@@ -131,13 +152,15 @@ export class TransferEditor extends HTMLElement {
             path.push(at(point));
             const next = points[i + 1];
             if (next && axes.power > 1 && Math.abs(axes.x(next[0]) - axes.x(point[0])) > 6)
-                for (let k = 1; k < 8; k++)
-                    path.push(at([0, 1].map((j) => point[j] + (k / 8) * (next[j] - point[j]))));
+                for (let k = 1; k < 8; k++) path.push(at([0, 1].map((j) => point[j] + (k / 8) * (next[j] - point[j]))));
         });
         const line = [`-2000,${axes.y(points[0][1]).toFixed(1)}`, ...path, `9000,${axes.y(points.at(-1)[1]).toFixed(1)}`].join(' ');
         const clip = svg('clipPath', { id: 'editor-box' }, svg('rect', { x: -1, y: -8, width: axes.width + 2, height: axes.height + 16 }));
-        return [svg('defs', {}, clip), svg('polyline', { points: line, class: 'curve under', 'clip-path': 'url(#editor-box)' }),
-            svg('polyline', { points: line, class: 'curve', 'clip-path': 'url(#editor-box)' })];
+        return [
+            svg('defs', {}, clip),
+            svg('polyline', { points: line, class: 'curve under', 'clip-path': 'url(#editor-box)' }),
+            svg('polyline', { points: line, class: 'curve', 'clip-path': 'url(#editor-box)' }),
+        ];
     }
 
     #visible(axes, value) {
@@ -146,29 +169,51 @@ export class TransferEditor extends HTMLElement {
     }
 
     #marks(part, make) {
-        return this.data[part].map((point, index) => {
-            const chosen = this.chosen.part === part && this.chosen.index === index;
-            return make(point, { 'data-part': part, 'data-index': index, class: `${part} ${chosen ? 'chosen' : ''}` });
-        }).filter(Boolean);
+        return this.data[part]
+            .map((point, index) => {
+                const chosen = this.chosen.part === part && this.chosen.index === index;
+                return make(point, { 'data-part': part, 'data-index': index, class: `${part} ${chosen ? 'chosen' : ''}` });
+            })
+            .filter(Boolean);
     }
 
     #dots(axes) {
-        return this.#marks('opacities', ([value, opacity], mark) => this.#visible(axes, value)
-            && svg('circle', { cx: axes.x(value), cy: axes.y(opacity), r: mark.class.includes('chosen') ? 6.5 : 4.5, ...mark }));
+        return this.#marks(
+            'opacities',
+            ([value, opacity], mark) =>
+                this.#visible(axes, value) &&
+                svg('circle', { cx: axes.x(value), cy: axes.y(opacity), r: mark.class.includes('chosen') ? 6.5 : 4.5, ...mark }),
+        );
     }
 
     #drops(axes) {
         const y = axes.height + BAR;
-        return this.#marks('colors', ([value, ...color], mark) => this.#visible(axes, value)
-            && svg('path', { d: `M${axes.x(value)} ${y - 9} l5 5 v6 h-10 v-6 z`, fill: `rgb(${color.map((c) => Math.round(c * 255)).join(' ')})`, ...mark }));
+        return this.#marks(
+            'colors',
+            ([value, ...color], mark) =>
+                this.#visible(axes, value) &&
+                svg('path', {
+                    d: `M${axes.x(value)} ${y - 9} l5 5 v6 h-10 v-6 z`,
+                    fill: `rgb(${color.map((c) => Math.round(c * 255)).join(' ')})`,
+                    ...mark,
+                }),
+        );
     }
 
     #lines(axes) {
         return this.#marks('isosurfaces', (surface, mark) => {
-            if (!this.#visible(axes, surface.value))
-                return null;
-            const x = axes.x(surface.value), fill = `rgb(${surface.color.slice(0, 3).map((c) => Math.round(c * 255)).join(' ')})`;
-            return svg('g', mark, svg('line', { x1: x, x2: x, y1: 0, y2: axes.height }), svg('path', { d: `M${x} -9 l7 4 v8 h-14 v-8 z`, fill, ...mark }));
+            if (!this.#visible(axes, surface.value)) return null;
+            const x = axes.x(surface.value),
+                fill = `rgb(${surface.color
+                    .slice(0, 3)
+                    .map((c) => Math.round(c * 255))
+                    .join(' ')})`;
+            return svg(
+                'g',
+                mark,
+                svg('line', { x1: x, x2: x, y1: 0, y2: axes.height }),
+                svg('path', { d: `M${x} -9 l7 4 v8 h-14 v-8 z`, fill, ...mark }),
+            );
         });
     }
 
@@ -182,35 +227,34 @@ export class TransferEditor extends HTMLElement {
     /** The mark under the pointer, or close by: fingers are wide. */
     #hit(event) {
         const mark = event.target.closest?.('[data-part]');
-        if (mark)
-            return { part: mark.dataset.part, index: Number(mark.dataset.index) };
-        const [x, y] = this.#at(event), axes = this.axes, reach = event.pointerType === 'touch' ? 22 : 9;
-        let best = null, least = reach;
+        if (mark) return { part: mark.dataset.part, index: Number(mark.dataset.index) };
+        const [x, y] = this.#at(event),
+            axes = this.axes,
+            reach = event.pointerType === 'touch' ? 22 : 9;
+        let best = null,
+            least = reach;
         this.data.opacities.forEach((point, index) => {
             const off = Math.hypot(axes.x(point[0]) - x, axes.y(point[1]) - y);
-            if (off < least)
-                [best, least] = [{ part: 'opacities', index }, off];
+            if (off < least) [best, least] = [{ part: 'opacities', index }, off];
         });
         return best;
     }
 
     #press(event) {
-        if (event.button !== 0)
-            return;
+        if (event.button !== 0) return;
         this.#svg.setPointerCapture(event.pointerId);
-        const hit = this.#hit(event), at = this.#at(event), axes = this.axes;
+        const hit = this.#hit(event),
+            at = this.#at(event),
+            axes = this.axes;
         const value = axes.value(at[0]);
         const under = this.data.opacities.length && at[1] < axes.height && at[1] > axes.y(evaluate(this.data.opacities, value)[0]) + 4;
         const inside = value > (this.data.opacities[0]?.[0] ?? Infinity) && value < (this.data.opacities.at(-1)?.[0] ?? -Infinity);
         this.#drag = { at, axes, start: this.data, moved: false, zoom: this.look.zoom ?? this.data.range };
-        if (hit)
-            Object.assign(this.#drag, hit, { points: this.data[hit.part] });
+        if (hit) Object.assign(this.#drag, hit, { points: this.data[hit.part] });
         else if (under && inside && !event.shiftKey)
             Object.assign(this.#drag, { part: 'band', points: this.data.opacities, band: segmentOf(this.data.opacities, value) });
-        else
-            this.#drag.part = 'ground';
-        if (hit)
-            this.choose(hit.part, hit.index);
+        else this.#drag.part = 'ground';
+        if (hit) this.choose(hit.part, hit.index);
         this.#svg.focus({ preventScroll: true });
         event.preventDefault();
     }
@@ -222,10 +266,11 @@ export class TransferEditor extends HTMLElement {
             this.#svg.classList.toggle('over', Boolean(hit));
             return;
         }
-        const [x, y] = this.#at(event), fine = event.ctrlKey ? FINE : 1;
-        const dx = (x - drag.at[0]) * fine, dy = (y - drag.at[1]) * fine;
-        if (!drag.moved && Math.hypot(dx, dy) < 2 * fine)
-            return;
+        const [x, y] = this.#at(event),
+            fine = event.ctrlKey ? FINE : 1;
+        const dx = (x - drag.at[0]) * fine,
+            dy = (y - drag.at[1]) * fine;
+        if (!drag.moved && Math.hypot(dx, dy) < 2 * fine) return;
         const first = !drag.moved;
         drag.moved = true;
         if (drag.part === 'ground') {
@@ -237,20 +282,20 @@ export class TransferEditor extends HTMLElement {
         this.data[part] = this.#dragged(drag, event.shiftKey ? 0 : dx, event.altKey ? 0 : dy);
         this.draw();
         this.#tell('edit', { part, points: this.data[part], phase: first ? 'start' : 'move' });
-        if (drag.part !== 'band')
-            this.#tell('choose', this.chosen);
+        if (drag.part !== 'band') this.#tell('choose', this.chosen);
     }
 
     #dragged({ part, points, index, band, axes }, dx, dy) {
         const perPixel = axes.value(1) - axes.value(0);
-        if (part === 'band')
-            return moveBand(points, band[0], band[1], dx * perPixel);
+        if (part === 'band') return moveBand(points, band[0], band[1], dx * perPixel);
         if (part === 'isosurfaces') {
             const [lo, hi] = this.data.range;
             return points.map((p, i) => (i === index ? { ...p, value: clamp(p.value + dx * perPixel, lo, hi) } : p));
         }
         const value = points[index][0] + dx * perPixel;
-        return part === 'colors' ? move(points, index, value) : setOpacity(points, index, value, axes.opacity(axes.y(points[index][1]) + dy));
+        return part === 'colors'
+            ? move(points, index, value)
+            : setOpacity(points, index, value, axes.opacity(axes.y(points[index][1]) + dy));
     }
 
     #lift() {
@@ -263,9 +308,10 @@ export class TransferEditor extends HTMLElement {
     }
 
     #add(event) {
-        if (this.#hit(event))
-            return;
-        const [x, y] = this.#at(event), axes = this.axes, onBar = y > axes.height;
+        if (this.#hit(event)) return;
+        const [x, y] = this.#at(event),
+            axes = this.axes,
+            onBar = y > axes.height;
         const part = onBar ? 'colors' : 'opacities';
         const { points, index } = insert(this.data[part], axes.value(x), onBar ? undefined : [axes.opacity(y)]);
         this.commit(part, points);
@@ -275,8 +321,7 @@ export class TransferEditor extends HTMLElement {
     #menu(event) {
         event.preventDefault();
         const hit = this.#hit(event);
-        if (hit)
-            this.removePoint(hit.part, hit.index);
+        if (hit) this.removePoint(hit.part, hit.index);
     }
 
     removePoint(part, index) {
@@ -287,14 +332,17 @@ export class TransferEditor extends HTMLElement {
 
     #wheel(event) {
         event.preventDefault();
-        const axes = this.axes, [x] = this.#at(event);
-        const factor = 1.2 ** clamp(event.deltaY / 100, -3, 3), about = axes.value(clamp(x, 0, axes.width));
+        const axes = this.axes,
+            [x] = this.#at(event);
+        const factor = 1.2 ** clamp(event.deltaY / 100, -3, 3),
+            about = axes.value(clamp(x, 0, axes.width));
         this.zoomTo(about - (about - axes.lo) * factor, about + (axes.hi - about) * factor);
     }
 
     /** Shows values from lo to hi; the whole range where they are wider than it. */
     zoomTo(lo, hi) {
-        const [a, b] = this.data.range, span = hi - lo;
+        const [a, b] = this.data.range,
+            span = hi - lo;
         if (span >= b - a) {
             this.update({}, { zoom: null });
         } else if (span > (b - a) * 1e-5) {
@@ -307,8 +355,11 @@ export class TransferEditor extends HTMLElement {
     /* ---- keys ---- */
 
     #key(event) {
-        const { part, index } = this.chosen, list = this.data[part];
-        const axes = this.axes, step = event.ctrlKey ? 0.25 : event.shiftKey ? 10 : 1, perPixel = axes.value(1) - axes.value(0);
+        const { part, index } = this.chosen,
+            list = this.data[part];
+        const axes = this.axes,
+            step = event.ctrlKey ? 0.25 : event.shiftKey ? 10 : 1,
+            perPixel = axes.value(1) - axes.value(0);
         const moves = { ArrowLeft: [-step, 0], ArrowRight: [step, 0], ArrowUp: [0, -step], ArrowDown: [0, step] };
         if (event.key in moves && list[index]) {
             const [dx, dy] = moves[event.key];
@@ -317,14 +368,16 @@ export class TransferEditor extends HTMLElement {
         } else if (event.key === 'PageDown' || event.key === 'PageUp') {
             this.choose(part, clamp(index + (event.key === 'PageDown' ? 1 : -1), 0, Math.max(list.length - 1, 0)));
         } else if (event.key === 'Insert' && part !== 'isosurfaces') {
-            const next = list[index + 1], value = next ? (list[index][0] + next[0]) / 2 : list[index][0] + 20 * perPixel;
+            const next = list[index + 1],
+                value = next ? (list[index][0] + next[0]) / 2 : list[index][0] + 20 * perPixel;
             const added = insert(list, value);
             this.commit(part, added.points);
             this.choose(part, added.index);
         } else if (event.key === 'Delete' && list.length) {
             this.removePoint(part, index);
         } else if ((event.key === '+' || event.key === '-') && !event.ctrlKey) {
-            const middle = (axes.lo + axes.hi) / 2, half = ((axes.hi - axes.lo) / 2) * (event.key === '+' ? 0.8 : 1.25);
+            const middle = (axes.lo + axes.hi) / 2,
+                half = ((axes.hi - axes.lo) / 2) * (event.key === '+' ? 0.8 : 1.25);
             this.zoomTo(middle - half, middle + half);
         } else {
             return;

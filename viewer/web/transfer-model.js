@@ -6,12 +6,9 @@ const clamp = (x, lo, hi) => Math.min(Math.max(x, lo), hi);
 
 /** The curve at a value: all numbers after the first of a point, interpolated; the ends go on level. */
 export function evaluate(points, value) {
-    if (!points.length)
-        return [];
-    if (value <= points[0][0])
-        return points[0].slice(1);
-    if (value >= points.at(-1)[0])
-        return points.at(-1).slice(1);
+    if (!points.length) return [];
+    if (value <= points[0][0]) return points[0].slice(1);
+    if (value >= points.at(-1)[0]) return points.at(-1).slice(1);
     const i = points.findIndex((p) => p[0] > value);
     const [a, b] = [points[i - 1], points[i]];
     const t = b[0] > a[0] ? (value - a[0]) / (b[0] - a[0]) : 1;
@@ -57,19 +54,17 @@ export function moveBand(points, first, last, by, factor = 1) {
  */
 export function bandOf(points, index) {
     const nothing = (i) => points[i][1] <= 1e-9;
-    let first = index, last = index;
-    while (first > 0 && !nothing(first))
-        first--;
-    while (last < points.length - 1 && !nothing(last))
-        last++;
+    let first = index,
+        last = index;
+    while (first > 0 && !nothing(first)) first--;
+    while (last < points.length - 1 && !nothing(last)) last++;
     return [first, last];
 }
 
 /** The two points between which a value lies, as a band. */
 export function segmentOf(points, value) {
     const after = points.findIndex((p) => p[0] > value);
-    if (after < 0)
-        return [points.length - 1, points.length - 1];
+    if (after < 0) return [points.length - 1, points.length - 1];
     return [Math.max(after - 1, 0), after];
 }
 
@@ -77,18 +72,16 @@ export function segmentOf(points, value) {
  * Fewer points for almost the same curve (Douglas and Peucker 1973): none is further from the old curve than `tolerance`, an opacity.
  */
 export function simplify(points, tolerance) {
-    if (points.length < 3)
-        return points;
+    if (points.length < 3) return points;
     const [a, b] = [points[0], points.at(-1)];
-    let worst = 0, at = 0;
+    let worst = 0,
+        at = 0;
     for (let i = 1; i < points.length - 1; i++) {
         const line = evaluate([a, b], points[i][0]);
         const off = Math.max(...line.map((x, k) => Math.abs(x - points[i][k + 1])));
-        if (off > worst)
-            [worst, at] = [off, i];
+        if (off > worst) [worst, at] = [off, i];
     }
-    if (worst <= tolerance)
-        return [a, b];
+    if (worst <= tolerance) return [a, b];
     return [...simplify(points.slice(0, at + 1), tolerance).slice(0, -1), ...simplify(points.slice(at), tolerance)];
 }
 

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /* The panel of the transfer function and the isovalues: the editor, the chosen point in numbers, colour maps, import and export. */
 
-import './transfer-editor.js';
+import { NAMES } from './transfer-editor.js';
 import { button, field, h } from './dom.js';
 import { colorInput, numberInput, select, slider } from './controls.js';
 import { colormapGrid } from './colormaps.js';
@@ -11,11 +11,17 @@ import { bandOf, move, scaleOpacity, simplify } from './transfer-model.js';
 /** The chosen point as numbers and, of a colour point, its colour. */
 function pointFields(editor) {
     const value = numberInput({ label: 'Value of the chosen point' }, (x) => change((p, i) => move(p, i, x)));
-    const opacity = numberInput({ minimum: 0, maximum: 1, label: 'Opacity of the chosen point' }, (x) => change((p, i) => move(p, i, p[i][0], [x])));
+    const opacity = numberInput({ minimum: 0, maximum: 1, label: 'Opacity of the chosen point' }, (x) =>
+        change((p, i) => move(p, i, p[i][0], [x])),
+    );
     const color = colorInput((c, phase) => change((p, i) => move(p, i, p[i][0], c.slice(0, 3)), phase), 'Colour of the chosen point');
     const [valueField, opacityField, colorField] = [field('Value', value), field('Opacity', opacity), field('Colour', color)];
     const which = h('span', { class: 'which' });
-    const remove = button('', () => editor.removePoint(editor.chosen.part, editor.chosen.index), { icon: 'trash', kind: 'plain', title: 'Remove the point (Delete, or right click)' });
+    const remove = button('', () => editor.removePoint(editor.chosen.part, editor.chosen.index), {
+        icon: 'trash',
+        kind: 'plain',
+        title: 'Remove the point (Delete, or right click)',
+    });
     const element = h('div', { class: 'point-fields' }, which, valueField, opacityField, colorField, remove);
     function change(make, phase = 'end') {
         const { part, index } = editor.chosen;
@@ -27,18 +33,16 @@ function pointFields(editor) {
         }
     }
     const update = () => {
-        const { part, index } = editor.chosen, point = editor.data[part][index];
+        const { part, index } = editor.chosen,
+            point = editor.data[part][index];
         element.hidden = !point;
-        if (!point)
-            return;
-        which.textContent = `${{ opacities: 'Point', colors: 'Colour', isosurfaces: 'Isovalue' }[part]} ${index + 1}/${editor.data[part].length}`;
+        if (!point) return;
+        which.textContent = `${NAMES[part]} ${index + 1}/${editor.data[part].length}`;
         opacityField.hidden = part !== 'opacities';
         colorField.hidden = part !== 'colors';
         value.update(part === 'isosurfaces' ? point.value : point[0]);
-        if (part === 'opacities')
-            opacity.update(point[1]);
-        if (part === 'colors')
-            color.update(point.slice(1));
+        if (part === 'opacities') opacity.update(point[1]);
+        if (part === 'colors') color.update(point.slice(1));
     };
     editor.addEventListener('choose', update);
     watch(['scene'], () => queueMicrotask(update));
@@ -47,9 +51,27 @@ function pointFields(editor) {
 
 /** Logarithmic or linear counts, how opacity spreads near zero, the zoom of values. */
 function lookRow(editor) {
-    const counts = select([['log', 'log counts'], ['linear', 'linear counts']], (kind) => prefer({ counts: kind }), 'Counts of the histogram');
-    const power = select([['1', 'opacity even'], ['2', 'opacity fine'], ['4', 'opacity finest']], (p) => prefer({ power: Number(p) }), 'Scale of opacity: how much room there is near zero');
-    const whole = button('All values', () => editor.zoomTo(-Infinity, Infinity), { kind: 'small', title: 'Show all values again (wheel zooms, a drag on the ground pans)' });
+    const counts = select(
+        [
+            ['log', 'log counts'],
+            ['linear', 'linear counts'],
+        ],
+        (kind) => prefer({ counts: kind }),
+        'Counts of the histogram',
+    );
+    const power = select(
+        [
+            ['1', 'opacity even'],
+            ['2', 'opacity fine'],
+            ['4', 'opacity finest'],
+        ],
+        (p) => prefer({ power: Number(p) }),
+        'Scale of opacity: how much room there is near zero',
+    );
+    const whole = button('All values', () => editor.zoomTo(-Infinity, Infinity), {
+        kind: 'small',
+        title: 'Show all values again (wheel zooms, a drag on the ground pans)',
+    });
     watch(['preferences'], () => {
         const { counts: kind, power: p } = get('preferences');
         counts.update(kind);
@@ -72,7 +94,8 @@ function wholeCurve(app, editor) {
     });
     strength.update(1);
     const reduce = () => {
-        const points = editor.data.opacities, high = Math.max(...points.map((p) => p[1]));
+        const points = editor.data.opacities,
+            high = Math.max(...points.map((p) => p[1]));
         editor.commit('opacities', simplify(points, high * 0.03));
     };
     const fit = () => {
@@ -86,34 +109,53 @@ function wholeCurve(app, editor) {
     };
     return [
         field('Opacity ×', strength, { help: 'Scales the whole curve' }),
-        h('div', { class: 'row' },
-            button('Automatic', () => app.connection.send({ do: 'automatic', what: 'transfer' }), { kind: 'small', title: 'Choose colours and opacities from the volume again' }),
+        h(
+            'div',
+            { class: 'row' },
+            button('Automatic', () => app.connection.send({ do: 'automatic', what: 'transfer' }), {
+                kind: 'small',
+                title: 'Choose colours and opacities from the volume again',
+            }),
             button('Simplify', reduce, { kind: 'small', title: 'Fewer points for almost the same curve' }),
-            button('Zoom to band', fit, { kind: 'small', title: 'Show the values of the band of the chosen point' })),
+            button('Zoom to band', fit, { kind: 'small', title: 'Show the values of the band of the chosen point' }),
+        ),
     ];
 }
 
 function exchange(app) {
-    const picker = h('input', { type: 'file', accept: '.json,.xml', class: 'hidden', 'aria-label': 'ParaView colour map to import', tabindex: '-1' });
+    const picker = h('input', {
+        type: 'file',
+        accept: '.json,.xml',
+        class: 'hidden',
+        'aria-label': 'ParaView colour map to import',
+        tabindex: '-1',
+    });
     picker.addEventListener('change', async () => {
         const [file] = picker.files;
-        if (file)
-            app.guard(app.connection.send({ do: 'import', text: await file.text() }));
+        if (file) app.guard(app.connection.send({ do: 'import', text: await file.text() }));
         picker.value = '';
     });
-    return h('div', { class: 'row' },
+    return h(
+        'div',
+        { class: 'row' },
         button('Import…', () => picker.click(), { kind: 'small', title: 'A ParaView colour map: JSON or XML' }),
-        button('Export', () => app.download({ do: 'export' }), { kind: 'small', title: 'The transfer function as a ParaView preset (JSON)' }), picker);
+        button('Export', () => app.download({ do: 'export' }), {
+            kind: 'small',
+            title: 'The transfer function as a ParaView preset (JSON)',
+        }),
+        picker,
+    );
 }
 
 export function transferPanel(app) {
     const editor = document.createElement('pel-transfer-editor');
     editor.addEventListener('edit', ({ detail: { part, points, phase } }) =>
-        app.edits.apply(part === 'isosurfaces' ? { isosurfaces: points } : { transfer: { [part]: points } }, phase));
+        app.edits.apply(part === 'isosurfaces' ? { isosurfaces: points } : { transfer: { [part]: points } }, phase),
+    );
     watch(['scene', 'volume'], () => {
-        const scene = get('scene'), volume = get('volume');
-        if (!scene || editor.dragging)
-            return;
+        const scene = get('scene'),
+            volume = get('volume');
+        if (!scene || editor.dragging) return;
         const { opacities = [], colors = [] } = scene.transfer ?? {};
         const values = [...opacities, ...colors].map((p) => p[0]);
         const [lo, hi] = volume?.range ?? [Math.min(...values), Math.max(...values)];
@@ -121,29 +163,40 @@ export function transferPanel(app) {
     });
     watch(['volume'], () => editor.update({}, { zoom: null }));
     const choose = (name) => {
-        const { colors } = get('scene').transfer, range = get('volume').range;
+        const { colors } = get('scene').transfer,
+            range = get('volume').range;
         const span = colors.length > 1 ? [colors[0][0], colors.at(-1)[0]] : range;
         app.connection.send({ do: 'colormap', name, range: span });
     };
-    const lo = numberInput({ label: 'Colours from' }, () => spread()), hi = numberInput({ label: 'Colours to' }, () => spread());
+    const lo = numberInput({ label: 'Colours from' }, () => spread()),
+        hi = numberInput({ label: 'Colours to' }, () => spread());
     const spread = () => {
         const name = get('scene').transfer.colormap;
-        if (Number(hi.value) > Number(lo.value))
-            app.stretchColors(Number(lo.value), Number(hi.value), name);
+        if (Number(hi.value) > Number(lo.value)) app.stretchColors(Number(lo.value), Number(hi.value), name);
     };
     watch(['scene'], () => {
         const colors = get('scene')?.transfer?.colors;
         if (colors?.length)
-            [[lo, 0], [hi, -1]].forEach(([input, at]) => input.update(colors.at(at)[0]));
+            [
+                [lo, 0],
+                [hi, -1],
+            ].forEach(([input, at]) => input.update(colors.at(at)[0]));
     });
     const unitDistance = numberInput({ minimum: 0, label: 'Unit distance' }, (x) => app.edits.apply({ transfer: { 'unit-distance': x } }));
     watch(['scene'], () => unitDistance.update(get('scene')?.transfer?.['unit-distance']));
     app.editor = editor;
-    return h('div', { class: 'stack' }, editor, pointFields(editor), lookRow(editor), wholeCurve(app, editor),
+    return h(
+        'div',
+        { class: 'stack' },
+        editor,
+        pointFields(editor),
+        lookRow(editor),
+        wholeCurve(app, editor),
         h('h3', {}, 'Colours'),
         h('div', { class: 'row range-row' }, field('From', lo), field('To', hi)),
         colormapGrid(choose),
         h('h3', {}, 'More'),
         field('Unit distance', unitDistance, { help: 'Length of material that has the opacity of the curve', unit: 'world' }),
-        exchange(app));
+        exchange(app),
+    );
 }
