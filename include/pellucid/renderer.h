@@ -72,8 +72,8 @@ void pel_renderer_destroy(struct pel_renderer *renderer);
  * the image keeps its alpha, see pel_image_write_params. `technique` NULL: "raycast".
  *
  * "auto" draws with "raycast", but for mode isosurface on a GPU: there it takes "raycast" and "peel" for three frames each, and then stays
- * with the one whose frames were faster, until the volume, the number of isosurfaces, render.skip or the picture's size (by a factor of
- * four in pixels or so) changes. Where peeling refuses, ray casting draws. The options that it draws with are the defaults. */
+ * with the one whose frames were faster, until the volume, the number of isosurfaces, render.skip, render.roots or the picture's size (by a
+ * factor of four in pixels or so) changes. Where peeling refuses, ray casting draws. The options that it draws with are the defaults. */
 bool pel_renderer_draw(struct pel_renderer *renderer, const struct pel_scene *scene, const char *technique, struct pel_image *image,
                        struct pel_error *error);
 

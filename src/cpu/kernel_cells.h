@@ -280,6 +280,7 @@ PEL_INLINE vi pass_over(const struct pel_job *job, const struct packet *r, struc
     for (int a = 0; a < 3; a++)
         exit = vf_min(exit, axis_exit(cell[a], reach, PEL_CELL_SIZE, s->o[a], s->inverse[a]));
     *until = vf_select(who, exit, *until);
+    clear &= exit > s->t; /* else the ray is at the volume's last face, which no cell is behind */
     if (vi_any(clear))
         stroll_to(job, s, clear, exit);
     return clear;

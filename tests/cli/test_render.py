@@ -372,4 +372,14 @@ for name in ["aneurism.nrrd", "bonsai.nii.gz", "engine.nhdr", "neghip.nrrd", "to
     with Folder() as folder:
         if fine("default picture of " + name, "render", path, "-o", folder / "p.png", "--size", "48").status == 0:
             check(colours(folder / "p.png") > 30, name + " shows something", colours(folder / "p.png"))
+
+# A ray of this picture passes over empty cells and comes out of the volume by an edge of the last, where it must end.
+engine = os.path.join(DATA, "engine.nhdr")
+if os.path.exists(engine):
+    with Folder() as folder:
+        fine("rays that end at an edge", "render", engine, "-o", folder / "a.png", "--isovalue", "80.5", "--size", "256")
+        fine("the same without skipping", "render", engine, "-o", folder / "b.png", "--isovalue", "80.5", "--size", "256", "--no-skip")
+        check(read(folder / "a.png") == read(folder / "b.png"), "skipping changes no byte of rays that end at an edge")
+else:
+    skip("rays that end at an edge", "no data folder")
 finish()

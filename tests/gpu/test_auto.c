@@ -43,7 +43,7 @@ static void test_choice(void **state)
     struct pel_scene scene;
     struct pel_renderer *renderer = gpu_renderer(), *other = gpu_renderer();
     make_surfaces(&volume, &scene);
-    for (int round = 0; round < 3; round++) {
+    for (int round = 0; round < 4; round++) {
         const char *winner = NULL;
         for (int i = 0; i < 9; i++) {
             pel_camera_azimuth(&scene.camera, 11);
@@ -60,6 +60,8 @@ static void test_choice(void **state)
         }
         if (round == 0)
             scene.isosurface_count = 3 - scene.isosurface_count;
+        else if (round == 1)
+            scene.render.roots = PEL_ROOTS_STEPS;
         else
             pel_renderer_invalidate(renderer); /* as another volume does */
     }

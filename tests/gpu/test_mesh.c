@@ -15,10 +15,11 @@ static void draw_mesh(struct pel_renderer *renderer, const struct pel_scene *sce
     draw_by(renderer, scene, "mesh", width, height, true, image);
 }
 
-/* The ray caster's picture, in steps that miss nothing. */
+/* The ray caster's picture, in steps that miss nothing: not by the roots in cells, which triangles are cut by, too. */
 static void draw_truth(const struct pel_scene *scene, int width, int height, struct pel_image *image)
 {
     struct pel_scene fine = *scene;
+    fine.render.roots = PEL_ROOTS_STEPS;
     fine.render.step = 0.05;
     draw(&fine, "raycast", width, height, image);
 }
@@ -256,11 +257,49 @@ static void test_changes(void **state)
     pel_volume_finish(&volume);
 }
 
+static double sheet(const double index[3])
+{
+    return index[2] == 8 ? 100 : 0;
+}
+
+/* A layer of voxels at the isovalue itself: two sheets that lie in one another, and each counts. */
+static void test_coincident(void **state)
+{
+    (void)state;
+    need_device();
+    struct pel_volume volume;
+    struct pel_scene scene;
+    make_volume(&volume, 17, 17, 17, PEL_U8, sheet);
+    make_scene(&scene, &volume, NULL);
+    scene.render.mode = PEL_MODE_ISOSURFACE;
+    scene.isosurface_count = 1;
+    scene.isosurfaces[0] = (struct pel_isosurface) { .value = 100, .color = { 1, 0.5, 0.2 }, .opacity = 0.5 };
+    struct pel_renderer *renderer = gpu_renderer();
+    const char *ways[] = { "cpu", "gpu" };
+    for (int i = 0; i < 2; i++) {
+        struct pel_image image;
+        set(renderer, "extract", ways[i]);
+        draw_mesh(renderer, &scene, 128, 128, &image);
+        size_t covered = 0, twice = 0;
+        for (size_t p = 0; p < (size_t)128 * 128; p++) {
+            covered += image.rgba[4 * p + 3] > 0;
+            twice += fabsf(image.rgba[4 * p + 3] - 0.75f) < 1e-5f;
+        }
+        printf("%s: %zu pixels covered, %zu by two sheets\n", ways[i], covered, twice);
+        assert_true(covered > 1000);
+        assert_int_equal(twice, covered);
+        pel_image_finish(&image);
+    }
+    pel_renderer_destroy(renderer);
+    pel_scene_finish(&scene);
+    pel_volume_finish(&volume);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_raycast),  cmocka_unit_test(test_many_layers), cmocka_unit_test(test_extraction),
-        cmocka_unit_test(test_refusals), cmocka_unit_test(test_changes),
+        cmocka_unit_test(test_refusals), cmocka_unit_test(test_changes),    cmocka_unit_test(test_coincident),
     };
     return cmocka_run_group_tests(tests, open_device, close_device);
 }

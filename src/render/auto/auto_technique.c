@@ -38,6 +38,7 @@ struct choice {
     /* The trial belongs to a volume and these. */
     int surfaces, size_class;
     bool skip;
+    enum pel_roots roots;
     bool decided;
     int winner;
     char refusal[160]; /* why peeling is out of it; empty: it is not */
@@ -92,11 +93,12 @@ static void keep_or_restart(struct choice *c, const struct pel_frame *frame)
     const struct pel_scene *scene = frame->scene;
     int size = size_class(frame->image);
     if (!(frame->changes & PEL_CHANGE_VOLUME) && c->surfaces == scene->isosurface_count && c->size_class == size &&
-        c->skip == scene->render.skip)
+        c->skip == scene->render.skip && c->roots == scene->render.roots)
         return;
     c->surfaces = scene->isosurface_count;
     c->size_class = size;
     c->skip = scene->render.skip;
+    c->roots = scene->render.roots;
     c->decided = false;
     c->refusal[0] = 0;
     if (frame->changes & PEL_CHANGE_VOLUME)

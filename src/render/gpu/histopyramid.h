@@ -16,7 +16,7 @@
 #include "objects.h"
 
 enum { PEL_BUFFER_HISTO_BASE = 5, PEL_BUFFER_HISTO_LEVELS }; /* as the shaders name them */
-enum { PEL_HISTO_GROUP = 16, PEL_HISTO_LEVELS = 12 };
+enum { PEL_HISTO_GROUP = 16, PEL_HISTO_LEVELS = 16 }; /* enough for 2^36 items */
 
 struct pel_histopyramid {
     struct pel_buffer base, levels;

@@ -6,6 +6,6 @@
 layout(std430, binding = 6) HISTO_ACCESS buffer HistoLevels {
     uint histo_total, histo_top; // outputs; number of the highest level
     uint histo_padding[2];
-    uint histo_offsets[12]; // of levels
+    uint histo_offsets[16]; // of levels
     uvec4 histo_levels[];
 };

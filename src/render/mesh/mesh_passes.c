@@ -96,6 +96,7 @@ bool pel_mesh_reserve_lists(struct pel_mesh_renderer *m, uint64_t fragments, str
         return pel_fail(error, PEL_ERROR_UNSUPPORTED,
                         "%llu translucent fragments are more than the GPU's buffers hold; draw a smaller picture",
                         (unsigned long long)fragments);
+    m->view.room[0] = 0; /* until there is */
     if (!pel_buffer_fill(m->device, &m->links, NULL, (size_t)fragments * 2 * sizeof(uint32_t), error) ||
         !pel_buffer_fill(m->device, &m->nodes, NULL, (size_t)fragments * 4 * sizeof(float), error))
         return false;

@@ -158,6 +158,10 @@ bool pel_peel_choose_path(struct pel_peel *p, const int tile[4], enum pel_mask_p
         return true;
     if (p->chosen == PEL_MASKS_AUTO && !can_rasterise())
         p->chosen = PEL_MASKS_COMPUTE;
+    if (p->chosen == PEL_MASKS_AUTO && !p->pyramid.total) { /* nothing to measure by, and nothing to draw */
+        *path = PEL_MASKS_COMPUTE;
+        return true;
+    }
     if (p->chosen == PEL_MASKS_AUTO) {
         if (!measure(p, PEL_MASKS_RASTER, tile, &raster, error) || !measure(p, PEL_MASKS_COMPUTE, tile, &computed, error))
             return false;
