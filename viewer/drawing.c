@@ -303,8 +303,8 @@ static bool draw_full(struct drawer *d, struct frame_facts *f, struct pel_error 
         return false;
     d->full_ms = session_now() - start;
     d->full_pixels = (double)f->of[0] * f->of[1];
-    f->quality = "full";
-    f->lossless = d->scene.render.refine == 0;
+    f->lossless = pel_renderer_finished(d->renderer); /* at once where nothing is refined, or where this was drawn before */
+    f->quality = f->lossless && d->scene.render.refine > 0 ? "refined" : "full";
     d->rest = *f;
     d->refined_sent_ms = session_now();
     session_send_frame(d->session, d->encoder, &d->full, f);

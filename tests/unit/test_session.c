@@ -233,7 +233,7 @@ static void test_good_commands(void **state)
     for (size_t i = 0; i < sizeof good / sizeof *good; i++) {
         if (!say(&face, 1, good[i]))
             fail_msg("%s: %s", good[i], json_string_value(json_object_get(last(&face, "error"), "message")));
-        assert_true(session_settle(face.session, i % 3 == 0));
+        assert_true(session_settle(face.session, i % 3 == 0 || strstr(good[i], "slices")));
     }
     session_settle(face.session, true);
     assert_null(last(&face, "error"));
