@@ -102,7 +102,7 @@ static bool open_file(struct server *server, struct upload *upload, const char *
     if (server->uploads > UPLOADS_KEPT)
         remove_upload(server, server->uploads - UPLOADS_KEPT);
     snprintf(folder, sizeof folder, "%s/%u", server->folder, upload->number);
-    snprintf(upload->path, sizeof upload->path, "%s/%s", folder, name);
+    snprintf(upload->path, sizeof upload->path, "%s/%.127s", folder, name);
     if (mkdir(folder, 0700) != 0)
         return false;
     upload->fd = open(upload->path, O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0600);

@@ -202,7 +202,7 @@ def uploads(viewer, client, volume):
     client.command("open", path=path)
     h.check(client.until(lambda m: m.get("event") in ("volume", "error")).get("path") == path, "and is opened")
     for name in ("", "..", ".hidden", "a%22b", "%0a"):
-        h.check(viewer.request("POST", where + name, body=b"x")[0] == 400, "no file is called %r" % name)
+        h.check(viewer.request("POST", where + name, body=b"x")[0] in (400, 403), "no file is called %r" % name)
     status, _, body = viewer.request("POST", where + "..%2f..%2fx.nrrd", body=data)
     h.check(status == 200 and os.path.dirname(json.loads(body)["path"]).startswith(os.path.dirname(os.path.dirname(path))), "nor goes elsewhere", body)
     status, _, body = viewer.request("POST", where + "large.nrrd", body=b"x" * 2000001)
