@@ -128,7 +128,7 @@ void session_send_frame(struct session *s, struct encoder *encoder, const struct
     double start = session_now();
     struct session_frame frame = { .view = f->view, .lossless = f->lossless, .client_count = f->client_count };
     bool fine = f->lossless ? encode_png(encoder, image, f->scene->background, false, &frame.bytes, &frame.size, &error)
-                            : encode_jpeg(encoder, image, f->scene->background, &frame.bytes, &frame.size, &error);
+                            : encode_jpeg(encoder, image, f->scene->background, strcmp(f->quality, "moving") != 0, &frame.bytes, &frame.size, &error);
     if (!fine) {
         pthread_mutex_lock(&s->lock);
         session_tell_error(s, 0, error.message, NULL);
@@ -211,9 +211,10 @@ static const char *technique_of(const struct pel_scene *scene)
     return scene->technique.name[0] ? scene->technique.name : usual;
 }
 
-/* Another mode, technique or volume costs something else. */
-static void meet(struct drawer *d)
+/* Another mode, technique or volume costs something else; true then. */
+static bool meet(struct drawer *d)
 {
+    bool new = false;
     if (d->drawn != d->volume)
         pel_renderer_invalidate(d->renderer);
     if (d->drawn != d->volume || d->mode != d->scene.render.mode || strcmp(d->technique, technique_of(&d->scene)) != 0) {
@@ -222,8 +223,10 @@ static void meet(struct drawer *d)
         d->full_ms = 0;
         d->mode = d->scene.render.mode;
         snprintf(d->technique, sizeof d->technique, "%s", technique_of(&d->scene));
+        new = true;
     }
     d->drawn = d->volume;
+    return new;
 }
 
 /* Does shear-warp stand in for the technique under a moving hand? */
@@ -253,26 +256,43 @@ static bool draw(struct drawer *d, const char *technique, struct pel_image *imag
     return true;
 }
 
-static bool draw_moving(struct drawer *d, struct frame_facts *f, enum pace_kind kind, struct pel_error *error)
+/* The fast technique where it can, else the scene's own with twice the step. */
+static bool draw_quickly(struct drawer *d, struct frame_facts *f, struct pel_error *error)
 {
-    int size[2];
-    double start = session_now();
-    int level = pace_choose(&d->pace, kind, f->of, size);
-    struct pel_render_settings *render = &d->scene.render;
-    render->refine = 0;
-    render->step = pace_step(level, render->step);
-    if (!pel_image_allocate(&d->moving, size[0], size[1], false, error))
-        return false;
     bool fine = takes_fast(d) && draw(d, fast, &d->moving, f, error);
-    if (!fine && takes_fast(d) && error->code == PEL_ERROR_UNSUPPORTED) {
+    if (fine || error->code != PEL_ERROR_NONE) {
+        if (fine || error->code != PEL_ERROR_UNSUPPORTED)
+            return fine;
         d->fast_refused = true;
         *error = (struct pel_error)PEL_ERROR_INIT;
     }
-    if (!fine && (error->code != PEL_ERROR_NONE || !draw(d, d->technique, &d->moving, f, error)))
+    d->scene.render.step *= 2;
+    return draw(d, d->technique, &d->moving, f, error);
+}
+
+static bool draw_moving(struct drawer *d, struct frame_facts *f, enum pace_kind kind, bool slow, struct pel_error *error)
+{
+    int size[2] = { f->of[0], f->of[1] };
+    double start = session_now();
+    bool first = d->pace.sums[PACE_CAMERA].n == 0;
+    if (slow)
+        pace_choose(&d->pace, kind, f->of, size);
+    d->scene.render.refine = 0;
+    if (!pel_image_allocate(&d->moving, size[0], size[1], false, error) ||
+        !(slow ? draw_quickly(d, f, error) : draw(d, d->technique, &d->moving, f, error)))
         return false;
     f->quality = "moving";
     session_send_frame(d->session, d->encoder, &d->moving, f);
-    pace_measured(&d->pace, kind, level, session_now() - start);
+    double ms = session_now() - start;
+    if (!slow)
+        return true;
+    pace_measured(&d->pace, kind, size, ms);
+    if (first && kind == PACE_SCENE) {
+        /* What a turn will cost is known before the first one: the same picture again, with all prepared. */
+        double drawn = f->draw_ms;
+        if (draw(d, takes_fast(d) ? fast : d->technique, &d->moving, f, NULL))
+            pace_measured(&d->pace, PACE_CAMERA, size, ms - drawn + f->draw_ms);
+    }
     return true;
 }
 
@@ -283,8 +303,8 @@ static bool draw_full(struct drawer *d, struct frame_facts *f, struct pel_error 
         return false;
     d->full_ms = session_now() - start;
     d->full_pixels = (double)f->of[0] * f->of[1];
-    f->quality = "full";
-    f->lossless = true;
+    f->lossless = pel_renderer_finished(d->renderer); /* at once where nothing is refined, or where this was drawn before */
+    f->quality = f->lossless && d->scene.render.refine > 0 ? "refined" : "full";
     d->rest = *f;
     d->refined_sent_ms = session_now();
     session_send_frame(d->session, d->encoder, &d->full, f);
@@ -302,7 +322,7 @@ static bool refine(struct drawer *d, struct frame_facts *f, bool *finished, stru
     *finished = pel_renderer_finished(d->renderer);
     if (*finished || session_now() - d->refined_sent_ms > REFINED_MS) {
         f->quality = "refined";
-        f->lossless = true;
+        f->lossless = *finished;
         session_send_frame(d->session, d->encoder, &d->full, f);
         d->refined_sent_ms = session_now();
     }
@@ -337,13 +357,13 @@ static bool make_renderer(struct drawer *d, struct pel_error *error)
 }
 
 /* Does it, without the lock; what came of it is noted with it. */
-static void work(struct drawer *d, enum work what, struct frame_facts *f, enum pace_kind kind)
+static void work(struct drawer *d, enum work what, struct frame_facts *f, enum pace_kind kind, bool slow)
 {
     struct session *s = d->session;
     struct pel_error error = PEL_ERROR_INIT;
     bool finished = false;
-    meet(d);
-    bool fine = what == WORK_MOVING ? draw_moving(d, f, kind, &error) : what == WORK_FULL ? draw_full(d, f, &error) : refine(d, f, &finished, &error);
+    slow |= meet(d);
+    bool fine = what == WORK_MOVING ? draw_moving(d, f, kind, slow, &error) : what == WORK_FULL ? draw_full(d, f, &error) : refine(d, f, &finished, &error);
     bool stopped = !fine && error.code == PEL_ERROR_CANCELLED, again = false;
     if (!fine && !stopped && !(again = leave_device(d, &error)))
         tell_failure(d, &error);
@@ -392,6 +412,7 @@ static void do_next(struct drawer *d, enum work what)
         return;
     }
     const struct session_slices asked = s->slices;
+    bool slow = full_is_slow(d, s);
     enum pace_kind kind = s->camera_only ? PACE_CAMERA : PACE_SCENE;
     if (what == WORK_SLICES) {
         s->slices_shown = s->slices_revision;
@@ -408,7 +429,7 @@ static void do_next(struct drawer *d, enum work what)
         session_job_step(s, d->renderer);
         pthread_mutex_lock(&s->lock);
     } else {
-        work(d, what, &f, kind);
+        work(d, what, &f, kind, slow);
     }
 }
 

@@ -13,7 +13,7 @@
 
 #include "session_inside.h"
 
-enum { QUALITY = 85 };
+enum { QUALITY = 85, HIGH_QUALITY = 95 };
 
 struct encoder {
     tjhandle jpeg;
@@ -101,13 +101,13 @@ const unsigned char *encoder_pixels(struct encoder *e, const struct pel_image *i
     return e->pixels;
 }
 
-bool encode_jpeg(struct encoder *e, const struct pel_image *image, const double background[4], const void **bytes, size_t *size,
+bool encode_jpeg(struct encoder *e, const struct pel_image *image, const double background[4], bool high, const void **bytes, size_t *size,
                  struct pel_error *error)
 {
-    unsigned long made = e->jpeg_room;
+    enum TJSAMP sampling = high ? TJSAMP_444 : TJSAMP_420;
     if (!encoder_pixels(e, image, background, error))
         return false;
-    unsigned long room = tjBufSize(image->width, image->height, TJSAMP_420);
+    unsigned long room = tjBufSize(image->width, image->height, sampling);
     if (room > e->jpeg_room) {
         tjFree(e->bytes);
         e->bytes = tjAlloc((int)room);
@@ -115,9 +115,9 @@ bool encode_jpeg(struct encoder *e, const struct pel_image *image, const double 
         if (!e->bytes)
             return session_fail(error, PEL_ERROR_MEMORY, "no memory for a JPEG picture");
     }
-    made = e->jpeg_room;
-    if (tjCompress2(e->jpeg, e->pixels, image->width, 0, image->height, TJPF_RGBX, &e->bytes, &made, TJSAMP_420, QUALITY,
-                    TJFLAG_NOREALLOC | TJFLAG_FASTDCT) != 0)
+    unsigned long made = e->jpeg_room;
+    if (tjCompress2(e->jpeg, e->pixels, image->width, 0, image->height, TJPF_RGBX, &e->bytes, &made, sampling,
+                    high ? HIGH_QUALITY : QUALITY, TJFLAG_NOREALLOC | (high ? 0 : TJFLAG_FASTDCT)) != 0)
         return session_fail(error, PEL_ERROR_UNSUPPORTED, "JPEG: %s", tjGetErrorStr2(e->jpeg));
     *bytes = e->bytes;
     *size = made;

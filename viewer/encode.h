@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* Pictures as bytes: JPEG while things move (libjpeg-turbo), PNG at rest. An encoder keeps its memory from picture to picture. */
+/* Pictures as bytes: JPEG (libjpeg-turbo) until a picture is finished, then PNG. An encoder keeps its memory from picture to picture. */
 #ifndef VIEWER_ENCODE_H
 #define VIEWER_ENCODE_H
 
@@ -12,8 +12,9 @@ struct encoder;
 struct encoder *encoder_create(struct pel_error *error);
 void encoder_destroy(struct encoder *encoder); /* accepts NULL */
 
-/* The picture before `background` (RGBA, not premultiplied). The bytes are the encoder's, until its next picture. */
-bool encode_jpeg(struct encoder *encoder, const struct pel_image *image, const double background[4], const void **bytes, size_t *size,
+/* The picture before `background` (RGBA, not premultiplied); `high`: so that nobody sees the loss. The bytes are the encoder's, until its next
+ * picture. */
+bool encode_jpeg(struct encoder *encoder, const struct pel_image *image, const double background[4], bool high, const void **bytes, size_t *size,
                  struct pel_error *error);
 /* 8 bits, sRGB, lossless but for that; zlib level 1, unless `small`. background NULL: alpha is kept. */
 bool encode_png(struct encoder *encoder, const struct pel_image *image, const double *background, bool small, const void **bytes, size_t *size,

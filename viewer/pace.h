@@ -1,32 +1,30 @@
 /* SPDX-License-Identifier: MIT */
-/* Pace: how large a picture of motion may be, and how long its steps, to fit a budget of milliseconds. Sizes come in levels of half an octave of pixels. What a level costs is measured
- * whenever it is drawn, other levels are guessed from their pixels until they were drawn, and every measurement moves them all, for the view
- * has changed for all. So a cost that does not shrink with the picture (a shear-warp's slices) does not drive the picture to nothing. */
+/* Pace: how large a picture of motion may be to fit a budget of milliseconds. What a picture costs is taken to be a constant and a part that grows with its
+ * pixels; both come from the last pictures, by least squares that forget. So a cost that does not shrink with the picture (a shear-warp's
+ * slices, a changed transfer function) does not drive it to nothing. */
 #ifndef VIEWER_PACE_H
 #define VIEWER_PACE_H
 
 #include <stdbool.h>
-
-enum { PACE_LEVELS = 12 };
 
 /* The camera moved alone, or the scene changed, too, so that the technique has to prepare. */
 enum pace_kind { PACE_CAMERA, PACE_SCENE, PACE_KINDS };
 
 struct pace {
     double budget_ms;
-    double pixels;                        /* of the whole picture */
-    double ms[PACE_KINDS][PACE_LEVELS];   /* 0: never drawn */
-    int level[PACE_KINDS];                /* in use */
+    struct pace_sums {
+        double n, x, y, xx, xy; /* weighted sums over pictures: x their megapixels, y their milliseconds */
+    } sums[PACE_KINDS];
+    int level[PACE_KINDS]; /* the last one chosen; half as many pixels every two levels */
 };
 
 /* Forgets: another volume, technique or mode. */
 void pace_init(struct pace *pace, double budget_ms);
 
-/* The size for a picture of motion of a w x h picture; gives the level. */
-int pace_choose(struct pace *pace, enum pace_kind kind, const int whole[2], int size[2]);
-void pace_measured(struct pace *pace, enum pace_kind kind, int level, double ms);
+/* The size for a picture of motion in place of a whole one. Nothing was measured: the whole size. */
+void pace_choose(struct pace *pace, enum pace_kind kind, const int whole[2], int size[2]);
 
-/* The step at a level: the scene's at level 0, else twice that, but at most two voxels more. */
-double pace_step(int level, double step);
+/* What a picture of this size took. */
+void pace_measured(struct pace *pace, enum pace_kind kind, const int size[2], double ms);
 
 #endif

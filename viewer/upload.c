@@ -102,7 +102,7 @@ static bool open_file(struct server *server, struct upload *upload, const char *
     if (server->uploads > UPLOADS_KEPT)
         remove_upload(server, server->uploads - UPLOADS_KEPT);
     snprintf(folder, sizeof folder, "%s/%u", server->folder, upload->number);
-    snprintf(upload->path, sizeof upload->path, "%s/%s", folder, name);
+    snprintf(upload->path, sizeof upload->path, "%s/%.127s", folder, name);
     if (mkdir(folder, 0700) != 0)
         return false;
     upload->fd = open(upload->path, O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0600);
@@ -127,7 +127,12 @@ int upload_begin(struct server *server, struct lws *wsi, struct exchange *exchan
                  (double)server->params.most_upload / 1e6);
         return refuse(wsi, exchange, 413, why);
     }
-    if (!lws_get_urlarg_by_name(wsi, "name=", name, sizeof name - 1) || !clean_name(name))
+    const char *value = lws_get_urlarg_by_name(wsi, "name=", name, sizeof name - 1);
+    if (value && strncmp(value, "name=", 5) == 0) /* as some versions give it */
+        value += 5;
+    if (value)
+        memmove(name, value, strlen(value) + 1);
+    if (!value || !clean_name(name))
         return refuse(wsi, exchange, HTTP_STATUS_BAD_REQUEST, "the file's name is missing, or no name of a file");
     if (!open_file(server, upload, name))
         return refuse(wsi, exchange, HTTP_STATUS_INTERNAL_SERVER_ERROR, "no temporary file can be made; set TMPDIR to another folder");

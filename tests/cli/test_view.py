@@ -1,0 +1,252 @@
+# SPDX-License-Identifier: MIT
+"""pellucid view and replay, from outside: what a page gets, and what nobody gets who should not."""
+import json
+import os
+import signal
+import socket
+import time
+
+import harness as h
+from websocket import Closed, Socket, Viewer
+
+
+def raises_closed(call):
+    try:
+        call()
+    except (Closed, ConnectionError):
+        return True
+    return False
+
+
+def still_fine(viewer, client, name):
+    """The other client sees what it asks for."""
+    number = client.command("rotate", by=[0.01, 0])
+    try:
+        h.check(client.frame(number, lossless=True)["picture"][:4] == b"\x89PNG" and viewer.alive(), name)
+    except (Closed, OSError) as error:
+        h.check(False, name, repr(error))
+
+
+def page(viewer):
+    status, headers, body = viewer.get()
+    h.check(status == 200 and b"<html" in body and headers["content-type"].startswith("text/html"), "the page", status)
+    h.check("default-src 'self'" in headers.get("content-security-policy", ""), "a content security policy", headers)
+    h.check(headers.get("x-content-type-options") == "nosniff" and headers.get("cache-control") == "no-store", "nothing guessed, nothing kept", headers)
+    for name, kind in (("main.js", "text/javascript"), ("style.css", "text/css"), ("icon.svg", "image/svg+xml")):
+        status, headers, body = viewer.get(name)
+        h.check(status == 200 and headers["content-type"].startswith(kind) and len(body) == int(headers["content-length"]), name, headers)
+    status, headers, _ = viewer.request("GET", "/" + viewer.token)
+    h.check(status == 301 and headers["location"].endswith("/%s/" % viewer.token), "the slash is put behind the token", headers)
+    for name in ("no.js", "../main.js", "%2e%2e/main.js", "..%2fmain.js", ".hidden", "a/b", "download/1", "download/x", "download/"):
+        status, _, _ = viewer.get(name)
+        h.check(status in (403, 404), "there is no %s" % name, status)
+
+
+def refusals(viewer):
+    wrong = "0" * len(viewer.token)
+    for path in ("/", "/main.js", "/%s/" % wrong, "/%s/main.js" % wrong, "/%s" % viewer.token[:-1], "/%sx/" % viewer.token, "/?token=" + viewer.token):
+        status, _, body = viewer.request("GET", path)
+        h.check(status == 403 and len(body) < 300 and b"ellucid" not in body and b"script" not in body, "403 for %s" % path[:8], (status, body))
+    for host in ("evil.example", "evil.example:%d" % viewer.port, "127.0.0.1:1", "127.0.0.1", "localhost.evil:%d" % viewer.port, ""):
+        status, _, _ = viewer.get(headers={"Host": host})
+        h.check(status in (400, 403), "403 for the host %r" % host, status)
+    h.check(viewer.get(headers={"Host": "localhost:%d" % viewer.port})[0] == 200, "localhost is a name of this server")
+    upload = "/%s/upload?name=a.nrrd" % viewer.token
+    for origin in ("http://evil.example", "null", "https://" + viewer.authority, "http://127.0.0.1:1"):
+        h.check(viewer.request("POST", upload, body=b"x", headers={"Origin": origin})[0] == 403, "no upload from %s" % origin)
+        h.check(Socket(viewer, origin=origin).status == 403, "no socket from %s" % origin)
+    h.check(Socket(viewer, token=wrong).status == 403, "no socket with another token")
+    h.check(Socket(viewer, host="evil.example:%d" % viewer.port).status == 403, "no socket by another name")
+    h.check(Socket(viewer, protocol="").status == 403, "no socket without the protocol's name")
+    h.check(Socket(viewer, protocol="chat").status == 403, "no socket of another protocol")
+    for method in ("PUT", "DELETE"):
+        h.check(viewer.request(method, "/%s/main.js" % viewer.token)[0] in (400, 403, 405), "no " + method)
+    h.check(viewer.request("POST", "/%s/main.js" % viewer.token, body=b"x")[0] == 405, "nothing is posted to a file")
+
+
+def session(viewer):
+    with_origin, without = Socket(viewer), Socket(viewer, origin=None)
+    h.check(with_origin.status == 101 and without.status == 101, "sockets of the page, and of a program that is none")
+    a, b = with_origin, without
+    hello = a.answer(a.hello(), "hello")
+    h.check(hello["event"] == "hello" and len(hello["techniques"]) > 2, "hello")
+    first = a.frame(lossless=True)
+    h.check(first["header"]["of"] == [96, 64] and first["header"]["type"] == "image/png" and h.png(first["picture"])[:2] == (96, 64), "a picture at rest",
+            first["header"])
+    b.hello()
+    same = b.frame(lossless=True)
+    h.check(same["picture"] == first["picture"], "two clients see the same")
+    a.command("hold")
+    number = a.command("rotate", by=[0.2, 0.1], gesture=1)
+    h.check(a.frame(number)["header"]["quality"] == "moving", "a moving picture under a hand")
+    a.command("release")
+    turned = a.frame(number, lossless=True)
+    h.check(turned["picture"] != first["picture"], "a turn changes the picture")
+    number = a.command("undo")
+    h.check(a.frame(number, lossless=True)["picture"] == first["picture"], "undo gives it back, byte for byte")
+    picture = a.answer(a.command("picture", size=[200, 100], background=True), "download")
+    status, headers, body = viewer.get(picture["url"])
+    h.check(status == 200 and headers["content-type"] == "image/png" and "attachment" in headers["content-disposition"] and h.png(body)[:2] == (200, 100),
+            "a picture to save", headers)
+    a.command("slices", at=[0, 0, 0], size=[64, 64])
+    h.check(a.frame(view="slice-k", lossless=True)["header"]["camera"]["parallel"] is True, "slices")
+    a.command("slices", at=None)
+    return a, b
+
+
+def misuse(viewer, other):
+    client = Socket(viewer)
+    client.hello()
+    client.frame()
+    for text in ("", "{", "nonsense", "[1]", '{"do":"size","size":[NaN,10]}', '{"do":"size","size":[1e999,10]}', '{"do":"size","size":[100000,100000]}',
+                 '{"do":"picture","size":[100000,100000]}', '{"do":"rotate","by":"left"}', '{"do":"rotate","by":[1,2],"x":1}', '{"do":["rotate"]}',
+                 '{"do":"hello","size":{"w":1}}', '{"do":"open","path":"/etc/passwd"}', "[" * 5000, '{"a":' * 5000):
+        client.text(text)
+        event = client.event("error")
+        h.check(0 < len(event["message"]) < 600 and "\n" not in event["message"], "refused in words: %.40s" % text, event)
+    still_fine(viewer, client, "and the client goes on after all of these")
+    client.text(b'{"do":"rotate","by":[0,0]}\xff\xfe')
+    h.check(client.closed(), "text that is no UTF-8 closes the socket")
+    for name, act in (("an oversized message", lambda c: c.send_frame(b" " * (1 << 20) + b"x")),
+                      ("a message that claims 2^40 bytes", lambda c: c.send_frame(b"x" * 4096, length=1 << 40)),
+                      ("a binary message", lambda c: c.send_frame(b"\0\1\2", code=2)),
+                      ("an unknown opcode", lambda c: c.send_frame(b"x", code=7))):
+        client = Socket(viewer)
+        client.hello()
+        client.frame()
+        try:
+            act(client)
+            if "2^40" in name:
+                for _ in range(600):
+                    client.plain.sendall(b" " * 4096)
+        except OSError:
+            pass
+        h.check(client.closed(), name + " closes the socket")
+    still_fine(viewer, other, "the other client is undisturbed")
+
+
+def floods(viewer, other):
+    client = Socket(viewer)
+    client.hello()
+    client.frame()
+    try:
+        for i in range(200):
+            client.plain.sendall(b"".join(bytes([0x81, 0x80 | len(t)]) + b"\0\0\0\0" + t for t in [b'{"do":"rotate","by":[0.001,0],"gesture":1}'] * 100))
+    except OSError:
+        pass
+    h.check(client.closed(), "20000 commands at once close the socket")
+    still_fine(viewer, other, "a flood disturbs nobody else")
+    # Asks and asks, and reads nothing: what is kept for it has a bound.
+    client = Socket(viewer, shows=False)
+    client.hello()
+    before = viewer.memory()
+    try:
+        for i in range(2500):
+            client.command("scene" if i % 2 else "list")
+            if i % 100 == 0:
+                time.sleep(0.1)
+    except OSError:
+        pass
+    still_fine(viewer, other, "a client that does not read disturbs nobody else")
+    h.check(viewer.memory() - before < 100e6, "and takes no memory without bound", viewer.memory() - before)
+    client.kill()
+
+
+def half_open(viewer, other):
+    sockets = [socket.create_connection((viewer.host, viewer.port)) for _ in range(60)]
+    for i, plain in enumerate(sockets):
+        if i % 3 == 1:
+            plain.sendall(b"GET /%s/socket HTT" % viewer.token.encode())
+        elif i % 3 == 2:
+            plain.sendall(b"POST /%s/upload?name=a.nrrd HTTP/1.1\r\nHost: %s\r\nContent-Length: 100000\r\n\r\nabc" % (viewer.token.encode(), viewer.authority.encode()))
+    still_fine(viewer, other, "60 half-open sockets disturb nobody")
+    h.check(viewer.get("main.js")[0] == 200, "and the page is served")
+    for plain in sockets:
+        plain.close()
+
+
+def killed(viewer, other):
+    still_fine(viewer, other, "before clients are killed")
+    time.sleep(1)
+    files, threads = viewer.counts()
+    memory = viewer.memory()
+    for i in range(30):
+        client = Socket(viewer, shows=i % 2)
+        client.hello((512 + i, 512))
+        client.command("hold")
+        client.command("rotate", by=[0.1, 0], gesture=1)
+        if i % 3:
+            client.plain.recv(1000 * (i % 3))
+        client.kill()
+    number = other.command("size", size=[96, 64])
+    other.frame(number, lossless=True)
+    still_fine(viewer, other, "30 clients killed in the midst of frames disturb nobody")
+    state = other.until(lambda m: m.get("event") == "state" and not m["held"]) if other.events[-1].get("held", True) else other.events[-1]
+    h.check(state is not None, "and their holds are released")
+    for _ in range(100):
+        now = viewer.counts()
+        if now[0] <= files and now[1] <= threads:
+            break
+        time.sleep(0.1)
+    h.check(now[0] <= files and now[1] <= threads, "no file and no thread is left behind", ((files, threads), now))
+    h.check(viewer.memory() - memory < 64e6, "nor memory", viewer.memory() - memory)
+
+
+def uploads(viewer, client, volume):
+    data = h.read(volume)
+    where = "/%s/upload?name=" % viewer.token
+    status, _, body = viewer.request("POST", where + "another%20one.nrrd", body=data)
+    h.check(status == 200, "an upload", (status, body))
+    path = json.loads(body)["path"]
+    h.check(os.path.basename(path) == "another one.nrrd", "keeps its name", path)
+    client.command("open", path=path)
+    h.check(client.until(lambda m: m.get("event") in ("volume", "error")).get("path") == path, "and is opened")
+    for name in ("", "..", ".hidden", "a%22b", "%0a"):
+        h.check(viewer.request("POST", where + name, body=b"x")[0] in (400, 403), "no file is called %r" % name)
+    status, _, body = viewer.request("POST", where + "..%2f..%2fx.nrrd", body=data)
+    h.check(status == 200 and os.path.dirname(json.loads(body)["path"]).startswith(os.path.dirname(os.path.dirname(path))), "nor goes elsewhere", body)
+    status, _, body = viewer.request("POST", where + "large.nrrd", body=b"x" * 2000001)
+    h.check(status == 413 and "--max-upload" in json.loads(body)["error"], "what is too large is refused", (status, body))
+    return os.path.dirname(os.path.dirname(path))
+
+
+with h.Folder() as folder:
+    volume = folder / "small.nrrd"
+    h.fine("a volume to view", "make", "marschner-lobb", "--size", "24", "-o", volume)
+    record = folder / "session.jsonl"
+    with Viewer(h.TOOL, volume, "--max-upload", "2", "--record", record) as viewer:
+        page(viewer)
+        refusals(viewer)
+        a, b = session(viewer)
+        misuse(viewer, b)
+        floods(viewer, b)
+        half_open(viewer, b)
+        killed(viewer, b)
+        kept = uploads(viewer, b, volume)
+        h.check(os.path.isdir(kept), "uploads are in a folder of their own")
+        still_fine(viewer, b, "at the end, too")
+        h.check(viewer.stop(signal.SIGINT) == 0, "Ctrl-C ends it", viewer.error)
+        h.check(viewer.error == "", "without a word", viewer.error)
+        h.check(not os.path.exists(kept), "and removes the uploads")
+
+    short = folder / "short.jsonl"
+    with Viewer(h.TOOL, volume, "--isovalue", "0.5", "--record", short) as viewer:
+        client = Socket(viewer)
+        client.hello()
+        client.frame(lossless=True)
+        for i in range(10):
+            number = client.command("rotate", by=[0.02, 0.01], gesture=1)
+        picture = client.frame(number, lossless=True)["picture"]
+    for way in ([], ["--fast"]):
+        out = folder / "again.png"
+        h.fine("replay " + " ".join(way), "replay", short, "--picture", out, *way)
+        h.check(h.read(out) == picture, "gives the same last picture, byte for byte")
+    h.fails("a file that is no recording", 1, "no recording", "replay", h.write(folder / "no.jsonl", "{}\n"))
+    h.fails("a recording that is not there", 1, "No such file", "replay", folder / "gone.jsonl")
+
+    h.fails("a file that is not there", 1, "No such file", "view", folder / "gone.nrrd", "--no-open")
+    h.fails("a file that is no volume", 1, "", "view", h.write(folder / "bad.nrrd", "NRRD0004\nnonsense\n"), "--no-open")
+    h.fails("no file", 2, "a file name is missing", "view", "--no-open")
+    h.fails("a port that is none", 2, "--port", "view", volume, "--no-open", "--port", "70000")
+    h.fails("an address that is not this machine's", 1, "cannot listen", "view", volume, "--no-open", "--listen", "192.0.2.1")
+h.finish()

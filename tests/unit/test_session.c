@@ -1,0 +1,658 @@
+/* SPDX-License-Identifier: MIT */
+/* The viewer's session with no face: commands in, frames and events out. */
+#include <math.h>
+#include <pthread.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <cmocka.h>
+
+#include "record.h"
+#include "session.h"
+
+/* A session on a computed volume, and what came out of it. */
+struct face {
+    struct session *session;
+    pthread_mutex_t lock;
+    json_t *events; /* an array */
+    int frames, moving;
+    int64_t id; /* of client 1, in the last main frame */
+    void *picture; /* the last lossless main one */
+    size_t size;
+    char views[256]; /* that came */
+    bool unwanted;
+};
+
+static void on_frame(void *user, const struct session_frame *frame)
+{
+    struct face *face = user;
+    pthread_mutex_lock(&face->lock);
+    face->frames++;
+    if (!strstr(face->views, frame->view))
+        strcat(strcat(face->views, " "), frame->view);
+    if (strcmp(frame->view, "main") == 0) {
+        face->moving += strstr(frame->header, "\"quality\":\"moving\"") != NULL;
+        for (int i = 0; i < frame->client_count; i++)
+            if (frame->clients[i].client == 1)
+                face->id = frame->clients[i].id;
+        if (frame->lossless) {
+            free(face->picture);
+            face->picture = malloc(frame->size);
+            memcpy(face->picture, frame->bytes, frame->size);
+            face->size = frame->size;
+        }
+    }
+    pthread_mutex_unlock(&face->lock);
+}
+
+static void on_event(void *user, int client, const char *text)
+{
+    struct face *face = user;
+    json_t *event = json_loads(text, 0, NULL);
+    assert_non_null(event);
+    json_object_set_new(event, "_to", json_integer(client));
+    pthread_mutex_lock(&face->lock);
+    json_array_append_new(face->events, event);
+    pthread_mutex_unlock(&face->lock);
+}
+
+static bool on_wanted(void *user)
+{
+    struct face *face = user;
+    pthread_mutex_lock(&face->lock);
+    bool wanted = !face->unwanted;
+    pthread_mutex_unlock(&face->lock);
+    return wanted;
+}
+
+static bool compute(struct pel_volume *volume, struct pel_error *error)
+{
+    const struct pel_dataset *dataset = pel_dataset_find("marschner-lobb");
+    void *params = pel_dataset_create_params(dataset);
+    assert_true(pel_option_set(pel_option_find(dataset->options, "size"), params, "24", error));
+    pel_volume_init(volume);
+    bool fine = pel_dataset_make(dataset, params, volume, error);
+    free(params);
+    return fine;
+}
+
+static bool open_computed(void *user, struct session_opened *opened, const struct pel_progress *progress, struct pel_error *error)
+{
+    (void)user, (void)progress;
+    if (!compute(&opened->volume, error) || !pel_scene_init(&opened->scene, error))
+        return false;
+    opened->scene.volume = &opened->volume;
+    opened->scene.render.refine = 2;
+    opened->fit_camera = true;
+    return pel_scene_choose(&opened->scene, &(struct pel_scene_parts) { .transfer = true, .slice = true, .camera = true }, 96, 64, error);
+}
+
+static void start_with(struct face *face, const char *const *paths, FILE *record, bool (*open)(void *, struct session_opened *, const struct pel_progress *, struct pel_error *), void *open_user)
+{
+    struct pel_error error = PEL_ERROR_INIT;
+    *face = (struct face) { .lock = PTHREAD_MUTEX_INITIALIZER, .events = json_array() };
+    const struct session_params params = { .user = face, .frame = on_frame, .event = on_event, .wanted = on_wanted, .open = open, .open_user = open_user,
+                                           .paths = paths, .threads = 1, .budget_ms = 33, .record = record };
+    face->session = session_create(&params, &error);
+    if (!face->session)
+        fail_msg("%s", error.message);
+    assert_true(session_settle(face->session, false));
+}
+
+static bool say(struct face *face, int client, const char *text)
+{
+    return session_command_text(face->session, client, text, strlen(text));
+}
+
+static void start(struct face *face)
+{
+    start_with(face, NULL, NULL, open_computed, NULL);
+    assert_true(say(face, 1, "{\"do\":\"hello\",\"size\":[96,64]}"));
+}
+
+static void end(struct face *face)
+{
+    session_destroy(face->session);
+    json_decref(face->events);
+    free(face->picture);
+}
+
+/* The last event of a kind; NULL: there was none. Borrowed. */
+static json_t *last(struct face *face, const char *kind)
+{
+    json_t *found = NULL;
+    pthread_mutex_lock(&face->lock);
+    for (size_t i = json_array_size(face->events); i-- > 0 && !found;) {
+        json_t *event = json_array_get(face->events, i);
+        if (strcmp(json_string_value(json_object_get(event, "event")), kind) == 0)
+            found = event;
+    }
+    pthread_mutex_unlock(&face->lock);
+    return found;
+}
+
+static json_t *scene(struct face *face)
+{
+    session_settle(face->session, true);
+    return json_object_get(last(face, "state"), "scene");
+}
+
+static json_t *part(struct face *face, const char *a, const char *b)
+{
+    return json_object_get(json_object_get(scene(face), a), b);
+}
+
+/* The picture at rest, owned. */
+static void *rest(struct face *face, size_t *size)
+{
+    assert_true(session_settle(face->session, true));
+    pthread_mutex_lock(&face->lock);
+    assert_non_null(face->picture);
+    void *copy = malloc(face->size);
+    memcpy(copy, face->picture, face->size);
+    *size = face->size;
+    pthread_mutex_unlock(&face->lock);
+    return copy;
+}
+
+static bool same(struct face *face, const void *picture, size_t size)
+{
+    size_t now_size;
+    void *now = rest(face, &now_size);
+    bool equal = now_size == size && memcmp(now, picture, size) == 0;
+    free(now);
+    return equal;
+}
+
+static void test_hello(void **state)
+{
+    (void)state;
+    struct face face;
+    start(&face);
+    session_settle(face.session, true);
+    json_t *hello = last(&face, "hello"), *volume = last(&face, "volume");
+    assert_non_null(hello);
+    assert_int_equal(json_integer_value(json_object_get(hello, "_to")), 1);
+    assert_true(json_array_size(json_object_get(hello, "techniques")) >= 3);
+    assert_true(json_array_size(json_object_get(hello, "colormaps")) > 5);
+    assert_true(json_array_size(json_object_get(json_object_get(hello, "options"), "camera")) == 6);
+    assert_int_equal(json_integer_value(json_array_get(json_object_get(volume, "dims"), 0)), 24);
+    assert_true(json_array_size(json_object_get(json_object_get(volume, "histogram"), "counts")) > 0);
+    assert_non_null(part(&face, "camera", "camera-position"));
+    assert_non_null(face.picture);
+    end(&face);
+}
+
+static const char *const good[] = {
+    "{\"do\":\"size\",\"size\":[64,80]}",
+    "{\"do\":\"hold\"}",
+    "{\"do\":\"rotate\",\"by\":[0.1,-0.2],\"gesture\":3,\"id\":17}",
+    "{\"do\":\"pan\",\"by\":[0.01,0.02],\"gesture\":4}",
+    "{\"do\":\"release\"}",
+    "{\"do\":\"zoom\",\"by\":1.5}",
+    "{\"do\":\"zoom\",\"by\":0.5,\"at\":[0.2,0.9]}",
+    "{\"do\":\"roll\",\"by\":10}",
+    "{\"do\":\"view\",\"axis\":\"-z\"}",
+    "{\"do\":\"reset\"}",
+    "{\"do\":\"focus\",\"at\":[0.5,0.5]}",
+    "{\"do\":\"set\",\"scene\":{\"render\":{\"shade\":true}}}",
+    "{\"do\":\"set\",\"scene\":{\"render\":{\"mode\":\"isosurface\"}}}",
+    "{\"do\":\"set\",\"scene\":{\"isosurfaces\":[{\"value\":0.4},{\"value\":0.6,\"opacity\":0.5}]}}",
+    "{\"do\":\"set\",\"scene\":{\"clip-box\":[-1,1,-1,1,-1,0.5]}}",
+    "{\"do\":\"set\",\"scene\":{\"render\":{\"mode\":\"composite\"},\"clip-box\":null}}",
+    "{\"do\":\"set\",\"scene\":{\"technique\":{\"name\":\"slices2d\",\"options\":{\"blend\":5}}}}",
+    "{\"do\":\"set\",\"scene\":{\"technique\":{\"name\":\"raycast\"}}}",
+    "{\"do\":\"automatic\",\"what\":\"transfer\"}",
+    "{\"do\":\"automatic\",\"what\":\"isosurfaces\"}",
+    "{\"do\":\"automatic\",\"what\":\"slice\"}",
+    "{\"do\":\"automatic\",\"what\":\"camera\"}",
+    "{\"do\":\"colormap\",\"name\":\"viridis\",\"range\":[0,1]}",
+    "{\"do\":\"import\",\"text\":\"[{\\\"Name\\\":\\\"a\\\",\\\"ColorSpace\\\":\\\"RGB\\\",\\\"RGBPoints\\\":[0,1,0,0,1,0,0,1]}]\"}",
+    "{\"do\":\"export\"}",
+    "{\"do\":\"scene\"}",
+    "{\"do\":\"undo\"}",
+    "{\"do\":\"redo\"}",
+    "{\"do\":\"probe\",\"at\":[0.5,0.5]}",
+    "{\"do\":\"slices\",\"at\":[0,0,0],\"size\":[32,32],\"window\":[0.2,0.8]}",
+    "{\"do\":\"slices\",\"at\":[0.1,0,0]}",
+    "{\"do\":\"slices\",\"at\":null}",
+    "{\"do\":\"list\"}",
+    "{\"do\":\"cancel\"}",
+};
+
+static void test_good_commands(void **state)
+{
+    (void)state;
+    struct face face;
+    start(&face);
+    for (size_t i = 0; i < sizeof good / sizeof *good; i++) {
+        if (!say(&face, 1, good[i]))
+            fail_msg("%s: %s", good[i], json_string_value(json_object_get(last(&face, "error"), "message")));
+        assert_true(session_settle(face.session, i % 3 == 0 || strstr(good[i], "slices")));
+    }
+    session_settle(face.session, true);
+    assert_null(last(&face, "error"));
+    assert_non_null(strstr(face.views, "slice-i"));
+    assert_non_null(strstr(face.views, "slice-k"));
+    assert_true(json_is_true(json_object_get(last(&face, "probe"), "inside")));
+    end(&face);
+}
+
+static const char *const bad[] = {
+    "",
+    "{",
+    "[]",
+    "null",
+    "17",
+    "{}",
+    "{\"do\":17}",
+    "{\"do\":\"dance\"}",
+    "{\"do\":\"rotate\"}",
+    "{\"do\":\"rotate\",\"by\":[1]}",
+    "{\"do\":\"rotate\",\"by\":[1,\"2\"]}",
+    "{\"do\":\"rotate\",\"by\":[1,2,3]}",
+    "{\"do\":\"rotate\",\"by\":[1e300,0]}",
+    "{\"do\":\"rotate\",\"by\":[NaN,0]}",
+    "{\"do\":\"rotate\",\"by\":[1e999,0]}",
+    "{\"do\":\"rotate\",\"by\":[0,0],\"speed\":1}",
+    "{\"do\":\"rotate\",\"by\":[0,0],\"by\":[0,0]}",
+    "{\"do\":\"rotate\",\"by\":[0,0],\"gesture\":1.5}",
+    "{\"do\":\"rotate\",\"by\":[0,0],\"gesture\":-1}",
+    "{\"do\":\"rotate\",\"by\":[0,0],\"id\":\"x\"}",
+    "{\"do\":\"pan\",\"by\":[1e99,1e99]}",
+    "{\"do\":\"zoom\",\"by\":0}",
+    "{\"do\":\"zoom\",\"by\":-1}",
+    "{\"do\":\"zoom\",\"by\":true}",
+    "{\"do\":\"roll\",\"by\":\"ten\"}",
+    "{\"do\":\"view\",\"axis\":\"x\"}",
+    "{\"do\":\"view\",\"axis\":\"+w\"}",
+    "{\"do\":\"view\"}",
+    "{\"do\":\"focus\",\"at\":[2,0]}",
+    "{\"do\":\"size\",\"size\":[100000,100000]}",
+    "{\"do\":\"size\",\"size\":[8192,8192]}",
+    "{\"do\":\"size\",\"size\":[96.5,64]}",
+    "{\"do\":\"size\",\"size\":[0,64]}",
+    "{\"do\":\"size\",\"size\":[-96,64]}",
+    "{\"do\":\"size\",\"size\":\"96x64\"}",
+    "{\"do\":\"size\"}",
+    "{\"do\":\"hello\"}",
+    "{\"do\":\"set\"}",
+    "{\"do\":\"set\",\"scene\":[]}",
+    "{\"do\":\"set\",\"scene\":{\"volume\":{\"path\":\"/etc/passwd\"}}}",
+    "{\"do\":\"set\",\"scene\":{\"cloud\":1}}",
+    "{\"do\":\"set\",\"scene\":{\"render\":{\"step\":-1}}}",
+    "{\"do\":\"set\",\"scene\":{\"render\":{\"step\":1e9}}}",
+    "{\"do\":\"set\",\"scene\":{\"camera\":{\"camera-position\":[0,0]}}}",
+    "{\"do\":\"set\",\"scene\":{\"camera\":{\"camera-view-up\":[0,0,0]}}}",
+    "{\"do\":\"set\",\"scene\":{\"render\":{\"mode\":\"mip\"},\"isosurfaces\":[{\"value\":\"x\"}]}}",
+    "{\"do\":\"set\",\"scene\":{\"transfer\":{\"opacities\":[[0,2]]}}}",
+    "{\"do\":\"set\",\"scene\":{\"transfer\":{\"opacities\":[]}}}",
+    "{\"do\":\"set\",\"scene\":{\"technique\":{\"name\":\"magic\"}}}",
+    "{\"do\":\"set\",\"scene\":{\"technique\":{\"name\":\"mesh\"}}}",
+    "{\"do\":\"set\",\"scene\":{\"technique\":{\"name\":\"slices2d\",\"options\":{\"blend\":1e9}}}}",
+    "{\"do\":\"automatic\",\"what\":\"everything\"}",
+    "{\"do\":\"automatic\"}",
+    "{\"do\":\"colormap\",\"name\":\"mauve\",\"range\":[0,1]}",
+    "{\"do\":\"colormap\",\"name\":\"viridis\"}",
+    "{\"do\":\"import\",\"text\":\"nonsense\"}",
+    "{\"do\":\"import\",\"text\":17}",
+    "{\"do\":\"undo\"}",
+    "{\"do\":\"redo\"}",
+    "{\"do\":\"probe\",\"at\":[0.5,0.5],\"opacity\":0}",
+    "{\"do\":\"probe\"}",
+    "{\"do\":\"slices\",\"at\":[0,0],\"size\":[32,32]}",
+    "{\"do\":\"slices\",\"at\":[0,0,0],\"size\":[32000,32000]}",
+    "{\"do\":\"slices\",\"at\":[0,0,0],\"window\":[1,0]}",
+    "{\"do\":\"picture\",\"size\":[100000,100000]}",
+    "{\"do\":\"picture\",\"size\":[64,64],\"background\":1}",
+    "{\"do\":\"movie\",\"size\":[64,64],\"frames\":1}",
+    "{\"do\":\"movie\",\"size\":[64,64],\"frames\":1e6,\"degrees\":360}",
+    "{\"do\":\"movie\",\"size\":[8192,4096],\"frames\":10,\"degrees\":360}",
+    "{\"do\":\"list\",\"path\":\"/\"}",
+    "{\"do\":\"list\",\"path\":\"/no/such\"}",
+    "{\"do\":\"open\",\"path\":\"/etc/passwd\"}",
+    "{\"do\":\"open\",\"path\":\"\"}",
+    "{\"do\":\"open\"}",
+    "{\"do\":\"shown\",\"frame\":1}",
+};
+
+static int errors(struct face *face)
+{
+    int count = 0;
+    pthread_mutex_lock(&face->lock);
+    for (size_t i = 0; i < json_array_size(face->events); i++)
+        count += strcmp(json_string_value(json_object_get(json_array_get(face->events, i), "event")), "error") == 0;
+    pthread_mutex_unlock(&face->lock);
+    return count;
+}
+
+static void test_bad_commands(void **state)
+{
+    (void)state;
+    struct face face;
+    size_t size;
+    start(&face);
+    void *picture = rest(&face, &size);
+    json_t *before = json_deep_copy(scene(&face));
+    for (size_t i = 0; i < sizeof bad / sizeof *bad; i++) {
+        int count = errors(&face);
+        if (say(&face, 1, bad[i]))
+            fail_msg("taken: %s", bad[i]);
+        assert_int_equal(errors(&face), count + 1);
+        json_t *error = last(&face, "error");
+        assert_int_equal(json_integer_value(json_object_get(error, "_to")), 1);
+        const char *message = json_string_value(json_object_get(error, "message"));
+        assert_true(message && message[0] && !strchr(message, '\n'));
+    }
+    assert_false(say(&face, 2, "{\"do\":\"rotate\",\"by\":[0,0]}")); /* before hello */
+    assert_true(same(&face, picture, size));
+    assert_true(json_equal(before, scene(&face)));
+    assert_int_equal(json_integer_value(json_object_get(last(&face, "state"), "undo")), 0);
+    char *large = malloc(SESSION_MOST_BYTES + 2);
+    memset(large, ' ', SESSION_MOST_BYTES + 1);
+    assert_false(session_command_text(face.session, 1, large, SESSION_MOST_BYTES + 1));
+    free(large);
+    json_decref(before);
+    free(picture);
+    end(&face);
+}
+
+static void test_undo(void **state)
+{
+    (void)state;
+    struct face face;
+    size_t size;
+    start(&face);
+    void *picture = rest(&face, &size);
+    json_t *before = json_deep_copy(scene(&face));
+    say(&face, 1, "{\"do\":\"hold\"}");
+    for (int i = 0; i < 5; i++)
+        assert_true(say(&face, 1, "{\"do\":\"rotate\",\"by\":[0.03,0.01],\"gesture\":1}"));
+    say(&face, 1, "{\"do\":\"release\"}");
+    assert_false(same(&face, picture, size));
+    assert_int_equal(json_integer_value(json_object_get(last(&face, "state"), "undo")), 1);
+    assert_true(say(&face, 1, "{\"do\":\"set\",\"scene\":{\"render\":{\"mode\":\"mip\"},\"lights\":[],\"clip-box\":[-1,1,-1,1,0,1]}}"));
+    assert_true(say(&face, 1, "{\"do\":\"colormap\",\"name\":\"viridis\",\"range\":[0,0.9]}"));
+    size_t changed_size;
+    void *changed = rest(&face, &changed_size);
+    for (int i = 0; i < 3; i++)
+        assert_true(say(&face, 1, "{\"do\":\"undo\"}"));
+    assert_true(json_equal(before, scene(&face)));
+    assert_true(same(&face, picture, size));
+    for (int i = 0; i < 3; i++)
+        assert_true(say(&face, 1, "{\"do\":\"redo\"}"));
+    assert_true(same(&face, changed, changed_size));
+    json_decref(before);
+    free(changed);
+    free(picture);
+    end(&face);
+}
+
+/* While no face can take a picture commands gather, and then one picture shows them all. */
+static void test_merging(void **state)
+{
+    (void)state;
+    struct face face;
+    char text[128];
+    start(&face);
+    session_settle(face.session, true);
+    pthread_mutex_lock(&face.lock);
+    face.unwanted = true;
+    int before = face.frames;
+    pthread_mutex_unlock(&face.lock);
+    say(&face, 1, "{\"do\":\"hold\"}");
+    for (int i = 1; i <= 200; i++) {
+        snprintf(text, sizeof text, "{\"do\":\"rotate\",\"by\":[0.001,0],\"gesture\":1,\"id\":%d}", i);
+        assert_true(say(&face, 1, text));
+    }
+    pthread_mutex_lock(&face.lock);
+    assert_int_equal(face.frames, before);
+    face.unwanted = false;
+    pthread_mutex_unlock(&face.lock);
+    session_wake(face.session);
+    session_settle(face.session, false);
+    pthread_mutex_lock(&face.lock);
+    assert_int_equal(face.frames, before + 1);
+    assert_int_equal(face.id, 200);
+    pthread_mutex_unlock(&face.lock);
+    session_leave(face.session, 1); /* and its hold is released */
+    say(&face, 2, "{\"do\":\"hello\",\"size\":[96,64]}");
+    session_settle(face.session, true);
+    assert_true(json_is_false(json_object_get(last(&face, "state"), "held")));
+    end(&face);
+}
+
+static void test_reset_and_views(void **state)
+{
+    (void)state;
+    struct face face;
+    size_t size;
+    start(&face);
+    void *picture = rest(&face, &size);
+    say(&face, 1, "{\"do\":\"view\",\"axis\":\"+x\"}");
+    const json_t *at = part(&face, "camera", "camera-position"), *to = part(&face, "camera", "camera-focal-point");
+    assert_true(json_number_value(json_array_get(at, 0)) > json_number_value(json_array_get(to, 0)));
+    assert_true(fabs(json_number_value(json_array_get(at, 1)) - json_number_value(json_array_get(to, 1))) < 1e-9);
+    say(&face, 1, "{\"do\":\"pan\",\"by\":[0.3,0.3]}");
+    say(&face, 1, "{\"do\":\"reset\"}");
+    assert_true(same(&face, picture, size));
+    free(picture);
+    end(&face);
+}
+
+/* What lies under a point of the picture stays there when one zooms at it, and comes to the middle as the focal point. */
+static void test_zoom_and_focus_at(void **state)
+{
+    (void)state;
+    struct face face;
+    start(&face);
+    assert_true(say(&face, 1, "{\"do\":\"set\",\"scene\":{\"render\":{\"mode\":\"isosurface\"},\"isosurfaces\":[{\"value\":0.5}],\"camera\":{\"parallel\":true}}}"));
+    assert_true(say(&face, 1, "{\"do\":\"probe\",\"at\":[0.45,0.4]}"));
+    json_t *before = json_deep_copy(json_object_get(last(&face, "probe"), "world"));
+    assert_int_equal(json_array_size(before), 3);
+    assert_true(say(&face, 1, "{\"do\":\"zoom\",\"by\":2,\"at\":[0.45,0.4]}"));
+    assert_true(say(&face, 1, "{\"do\":\"probe\",\"at\":[0.45,0.4]}"));
+    const json_t *after = json_object_get(last(&face, "probe"), "world");
+    for (size_t i = 0; i < 3; i++)
+        assert_true(fabs(json_number_value(json_array_get(before, i)) - json_number_value(json_array_get(after, i))) < 1e-6);
+    assert_true(say(&face, 1, "{\"do\":\"focus\",\"at\":[0.45,0.4]}"));
+    const json_t *focal = part(&face, "camera", "camera-focal-point");
+    for (size_t i = 0; i < 3; i++)
+        assert_true(fabs(json_number_value(json_array_get(before, i)) - json_number_value(json_array_get(focal, i))) < 1e-6);
+    json_decref(before);
+    end(&face);
+}
+
+static size_t downloaded(struct face *face, char bytes[64], const char *name)
+{
+    const json_t *event = last(face, "download");
+    const char *type, *url = json_string_value(json_object_get(event, "url"));
+    char kept[128];
+    uint64_t size;
+    assert_non_null(url);
+    assert_string_equal(json_string_value(json_object_get(event, "name")), name);
+    int fd = session_download(face->session, (unsigned)atoi(url + strlen("download/")), kept, &type, &size);
+    assert_true(fd >= 0);
+    assert_string_equal(kept, name);
+    assert_true(pread(fd, bytes, 64, 0) > 8);
+    close(fd);
+    return size;
+}
+
+static void test_downloads(void **state)
+{
+    (void)state;
+    struct face face;
+    char bytes[64], kept[128];
+    const char *type;
+    uint64_t size;
+    start(&face);
+    say(&face, 1, "{\"do\":\"export\"}");
+    downloaded(&face, bytes, "transfer.json");
+    assert_int_equal(bytes[0], '[');
+    say(&face, 1, "{\"do\":\"scene\"}");
+    downloaded(&face, bytes, "scene.json");
+    assert_int_equal(bytes[0], '{');
+    say(&face, 1, "{\"do\":\"picture\",\"size\":[120,80],\"background\":false,\"id\":5}");
+    session_settle(face.session, true);
+    downloaded(&face, bytes, "picture.png");
+    assert_memory_equal(bytes, "\x89PNG", 4);
+    assert_int_equal(bytes[19], 120);
+    assert_int_equal(bytes[25], 6); /* with alpha */
+    assert_int_equal(json_integer_value(json_object_get(last(&face, "download"), "id")), 5);
+    say(&face, 1, "{\"do\":\"movie\",\"size\":[64,48],\"frames\":5,\"degrees\":360}");
+    session_settle(face.session, true);
+    downloaded(&face, bytes, "turn.webp");
+    assert_memory_equal(bytes, "RIFF", 4);
+    assert_memory_equal(bytes + 8, "WEBPVP8X", 8);
+    for (int i = 0; i < 8; i++)
+        say(&face, 1, "{\"do\":\"export\"}");
+    assert_true(session_download(face.session, 1, kept, &type, &size) < 0); /* eight newer ones came */
+    assert_true(session_download(face.session, 0, kept, &type, &size) < 0);
+    assert_true(session_download(face.session, 99, kept, &type, &size) < 0);
+    end(&face);
+}
+
+static void test_cancel(void **state)
+{
+    (void)state;
+    struct face face;
+    start(&face);
+    say(&face, 1, "{\"do\":\"hold\"}"); /* so that it cannot be drawn yet */
+    assert_true(say(&face, 1, "{\"do\":\"movie\",\"size\":[64,48],\"frames\":3600,\"degrees\":360,\"id\":8}"));
+    assert_true(say(&face, 1, "{\"do\":\"cancel\"}"));
+    say(&face, 1, "{\"do\":\"release\"}");
+    session_settle(face.session, true);
+    assert_null(last(&face, "download"));
+    assert_int_equal(json_integer_value(json_object_get(last(&face, "error"), "id")), 8);
+    end(&face);
+}
+
+static void test_open(void **state)
+{
+    (void)state;
+    char folder[] = "/tmp/pellucid-session-XXXXXX", path[256], text[512], outside[256];
+    struct pel_volume volume;
+    struct face face;
+    size_t size;
+    assert_non_null(mkdtemp(folder));
+    assert_true(compute(&volume, NULL));
+    snprintf(path, sizeof path, "%s/a.nrrd", folder);
+    assert_true(pel_write_volume(path, &volume, NULL, NULL));
+    snprintf(outside, sizeof outside, "%s-b.nrrd", folder);
+    assert_true(pel_write_volume(outside, &volume, NULL, NULL));
+    pel_volume_finish(&volume);
+    start_with(&face, (const char *const[]) { folder, NULL }, NULL, NULL, NULL);
+    assert_true(say(&face, 1, "{\"do\":\"hello\",\"size\":[96,64]}"));
+    assert_false(say(&face, 1, "{\"do\":\"rotate\",\"by\":[0,0]}")); /* nothing is open */
+    snprintf(text, sizeof text, "{\"do\":\"list\",\"path\":\"%s\"}", folder);
+    assert_true(say(&face, 1, text));
+    assert_int_equal(json_array_size(json_object_get(last(&face, "files"), "entries")), 1);
+    assert_true(json_is_null(json_object_get(last(&face, "files"), "parent")));
+    snprintf(text, sizeof text, "{\"do\":\"open\",\"path\":\"%s/../%s\"}", folder, strrchr(outside, '/') + 1);
+    assert_false(say(&face, 1, text));
+    snprintf(text, sizeof text, "{\"do\":\"open\",\"path\":\"%s\"}", path);
+    assert_true(say(&face, 1, text));
+    void *picture = rest(&face, &size);
+    assert_true(say(&face, 1, "{\"do\":\"view\",\"axis\":\"-y\"}"));
+    assert_false(same(&face, picture, size));
+    assert_true(say(&face, 1, text)); /* again: with all of it chosen anew */
+    assert_true(same(&face, picture, size));
+    assert_true(say(&face, 1, "{\"do\":\"undo\"}"));
+    assert_true(say(&face, 1, "{\"do\":\"undo\"}"));
+    assert_true(same(&face, picture, size));
+    free(picture);
+    end(&face);
+    unlink(path);
+    unlink(outside);
+    rmdir(folder);
+}
+
+static bool open_recorded(void *user, struct session_opened *opened, const struct pel_progress *progress, struct pel_error *error)
+{
+    const struct recording *recording = user;
+    opened->fit_camera = recording->fitted;
+    return session_open_snapshot(recording->scene, opened, progress, error);
+}
+
+/* A volume with a file, for a recording tells a path. */
+static bool open_file(void *user, struct session_opened *opened, const struct pel_progress *progress, struct pel_error *error)
+{
+    const char *path = user;
+    if (!open_computed(NULL, opened, progress, error))
+        return false;
+    snprintf(opened->scene.source.path, sizeof opened->scene.source.path, "%s", path);
+    return pel_write_volume(path, &opened->volume, NULL, error);
+}
+
+static void test_replay(void **state)
+{
+    (void)state;
+    char folder[] = "/tmp/pellucid-session-XXXXXX", path[256], record_path[256];
+    struct face face;
+    struct recording recording;
+    struct pel_error error = PEL_ERROR_INIT;
+    size_t size;
+    assert_non_null(mkdtemp(folder));
+    snprintf(path, sizeof path, "%s/a.nrrd", folder);
+    snprintf(record_path, sizeof record_path, "%s/record", folder);
+    FILE *record = fopen(record_path, "w");
+    start_with(&face, NULL, record, open_file, path);
+    assert_true(say(&face, 1, "{\"do\":\"hello\",\"size\":[96,64]}"));
+    for (size_t i = 0; i < sizeof good / sizeof *good; i++)
+        if (!strstr(good[i], "list")) /* of which there is no folder */
+            assert_true(say(&face, 1, good[i]));
+    assert_false(say(&face, 1, "{\"do\":\"zoom\",\"by\":-1}")); /* a refused one is recorded, and refused again */
+    void *picture = rest(&face, &size);
+    end(&face);
+    fclose(record);
+    if (!recording_read(record_path, &recording, &error))
+        fail_msg("%s", error.message);
+    assert_non_null(recording.scene);
+    start_with(&face, NULL, NULL, open_recorded, &recording);
+    for (size_t i = 0; i < recording.count; i++)
+        session_command(face.session, recording.commands[i].client, recording.commands[i].command);
+    assert_true(same(&face, picture, size));
+    assert_int_equal(errors(&face), 1);
+    end(&face);
+    recording_finish(&recording);
+    free(picture);
+    record = fopen(record_path, "w");
+    fputs("{\"pellucid-recording\": 1, \"files\": []}\n{\"at_ms\": 1, \"client\": 0, \"command\": {}}\n", record);
+    fclose(record);
+    assert_false(recording_read(record_path, &recording, &error));
+    assert_non_null(strstr(error.message, "line 2"));
+    unlink(path);
+    unlink(record_path);
+    rmdir(folder);
+}
+
+/* It ends in the midst of whatever is under way. */
+static void test_ends_at_any_time(void **state)
+{
+    (void)state;
+    for (int i = 0; i < 6; i++) {
+        struct face face;
+        start(&face);
+        say(&face, 1, "{\"do\":\"size\",\"size\":[512,512]}");
+        say(&face, 1, "{\"do\":\"movie\",\"size\":[64,48],\"frames\":3600,\"degrees\":360}");
+        usleep((useconds_t)i * 15000);
+        end(&face);
+    }
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_hello),     cmocka_unit_test(test_good_commands),   cmocka_unit_test(test_bad_commands),
+        cmocka_unit_test(test_undo),      cmocka_unit_test(test_merging),         cmocka_unit_test(test_reset_and_views),
+        cmocka_unit_test(test_zoom_and_focus_at), cmocka_unit_test(test_downloads), cmocka_unit_test(test_cancel),
+        cmocka_unit_test(test_open),      cmocka_unit_test(test_replay),          cmocka_unit_test(test_ends_at_any_time),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
