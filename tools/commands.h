@@ -7,5 +7,8 @@
 
 extern const struct command command_info, command_render, command_convert, command_compare, command_make, command_mesh, command_bench,
     command_techniques, command_devices, command_formats, command_options, command_completion, command_man;
+#ifdef HAVE_VIEWER
+extern const struct command command_view, command_replay;
+#endif
 
 #endif

@@ -11,6 +11,9 @@
 
 static const struct command *const commands[] = {
     &command_info,       &command_render,  &command_convert, &command_compare, &command_make,       &command_mesh,    &command_bench,
+#ifdef HAVE_VIEWER
+    &command_view,       &command_replay,
+#endif
     &command_techniques, &command_devices, &command_formats, &command_options, &command_completion, &command_man,
     NULL,
 };

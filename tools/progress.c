@@ -46,7 +46,7 @@ int interruption(void)
 
 void progress_init(struct progress *progress, bool quiet)
 {
-    *progress = (struct progress) { "", !quiet && isatty(STDERR_FILENO), false, 0, 0, 0, 1 };
+    *progress = (struct progress) { .label = "", .enabled = !quiet && isatty(STDERR_FILENO), .parts = 1 };
 }
 
 void progress_begin(struct progress *progress, const char *label, int parts)
@@ -69,7 +69,7 @@ void progress_end(struct progress *progress)
 static bool update(void *user, double fraction)
 {
     struct progress *progress = user;
-    if (caught)
+    if (caught || (progress->also.update && !progress->also.update(progress->also.user, fraction)))
         return false;
     if (!progress->enabled)
         return true;

@@ -10,6 +10,7 @@ struct progress {
     bool enabled;      /* standard error is a terminal and nobody asked for quiet */
     bool shown;
     double started, printed; /* milliseconds */
+    struct pel_progress also; /* is told, too, and may stop the work; update is NULL where nobody wants it */
     int part, parts;         /* of a work in several parts, each going from 0 to 1; parts is 1 for a whole one */
 };
 

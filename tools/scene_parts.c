@@ -6,23 +6,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-static enum pel_transfer_purpose purpose_of(enum pel_mode mode)
-{
-    switch (mode) {
-    case PEL_MODE_MIP:
-        return PEL_TRANSFER_PROJECTION;
-    case PEL_MODE_AVERAGE:
-        return PEL_TRANSFER_AVERAGE;
-    case PEL_MODE_MINIP:
-    case PEL_MODE_SLICE:
-        return PEL_TRANSFER_OPAQUE;
-    case PEL_MODE_XRAY:
-        return PEL_TRANSFER_XRAY;
-    default:
-        return PEL_TRANSFER_COMPOSITE;
-    }
-}
-
 /* Stretches the colours from the values that they cover now over [to[0], to[1]], and the opacities alike if they were chosen automatically.
  */
 static bool stretch(struct pel_transfer *transfer, const double to[2], bool opacities_too, struct pel_error *error)
@@ -69,30 +52,6 @@ static bool set_colormap(struct pel_transfer *transfer, const char *text, const 
     return pel_read_transfer(path, preset && *preset ? preset : NULL, range[0], range[1], transfer, error) || tool_fail_in(error, path);
 }
 
-/* The automatic transfer function, where a part of it is wanted; parts that a scene file said are kept. */
-static bool fill_automatic(struct loaded_scene *loaded, bool colors, bool opacities, bool unit, struct pel_error *error)
-{
-    struct pel_transfer automatic, *transfer = &loaded->scene.transfer;
-    if (!colors && !opacities) {
-        if (unit)
-            transfer->unit_distance = pel_volume_mean_spacing(&loaded->volume);
-        return true;
-    }
-    if (!pel_transfer_init(&automatic, error))
-        return false;
-    bool fine = pel_transfer_automatic(&automatic, &loaded->volume, purpose_of(loaded->scene.render.mode), error);
-    if (fine && colors) {
-        fine = pel_transfer_set_colors(transfer, automatic.colors, automatic.color_count, error);
-        memcpy(transfer->colormap, automatic.colormap, sizeof transfer->colormap);
-    }
-    if (fine && opacities)
-        fine = pel_transfer_set_opacities(transfer, automatic.opacities, automatic.opacity_count, error);
-    if (unit)
-        transfer->unit_distance = automatic.unit_distance;
-    pel_transfer_finish(&automatic);
-    return fine;
-}
-
 bool scene_set_transfer(struct loaded_scene *loaded, const struct arguments *arguments, const struct scene_arguments *values,
                         const struct pel_scene_parts *has, struct pel_error *error)
 {
@@ -100,8 +59,10 @@ bool scene_set_transfer(struct loaded_scene *loaded, const struct arguments *arg
     bool map = arguments_given(arguments, "colormap"), curve = arguments_given(arguments, "opacity"),
          range = arguments_given(arguments, "range");
     bool own_colors = !has->colors && !map, own_opacities = !has->opacities && !curve;
-    if (!fill_automatic(loaded, own_colors || (own_opacities && range && !loaded->volume.labels), own_opacities, !has->unit_distance,
-                        error))
+    const struct pel_scene_parts own = { .colors = own_colors || (own_opacities && range && !loaded->volume.labels),
+                                         .opacities = own_opacities,
+                                         .unit_distance = !has->unit_distance };
+    if (!pel_scene_choose(&loaded->scene, &own, 0, 0, error))
         return false;
     /* Names are no scale: labels keep their colours. */
     if (range && !loaded->volume.labels && !stretch(transfer, values->range, own_opacities, error))
@@ -120,16 +81,16 @@ bool scene_set_transfer(struct loaded_scene *loaded, const struct arguments *arg
 
 static bool set_isosurfaces(struct loaded_scene *loaded, const struct scene_arguments *values, bool said, struct pel_error *error)
 {
-    static const double bone[3] = { 0.9, 0.85, 0.75 };
     struct pel_scene *scene = &loaded->scene;
     int count = values->isovalues.count;
-    if (count > 0 || !said) {
-        scene->isosurface_count = count > 0 ? count : 1;
-        for (int i = 0; i < scene->isosurface_count; i++) {
+    if ((count > 0 || !said) && !pel_scene_choose(scene, &(struct pel_scene_parts) { .isosurfaces = true }, 0, 0, error))
+        return false;
+    if (count > 0) {
+        scene->isosurface_count = count;
+        for (int i = 0; i < count; i++) {
             struct pel_isosurface *surface = &scene->isosurfaces[i];
-            surface->value = count > 0 ? values->isovalues.items[i] : pel_isovalue_automatic(&loaded->volume);
-            surface->opacity = 1;
-            memcpy(surface->color, bone, sizeof bone);
+            *surface = scene->isosurfaces[0];
+            surface->value = values->isovalues.items[i];
             if (count > 1)
                 pel_transfer_color(&scene->transfer, surface->value, surface->color);
         }
@@ -149,14 +110,6 @@ static bool set_isosurfaces(struct loaded_scene *loaded, const struct scene_argu
     return true;
 }
 
-static void centre_of(const struct pel_volume *volume, double centre[3])
-{
-    double bounds[6];
-    pel_volume_bounds(volume, bounds);
-    for (int a = 0; a < 3; a++)
-        centre[a] = 0.5 * bounds[2 * a] + 0.5 * bounds[2 * a + 1];
-}
-
 bool scene_set_surfaces(struct loaded_scene *loaded, const struct arguments *arguments, const struct scene_arguments *values,
                         const struct pel_scene_parts *has, struct pel_error *error)
 {
@@ -170,16 +123,8 @@ bool scene_set_surfaces(struct loaded_scene *loaded, const struct arguments *arg
         memcpy(plane->origin, values->slices[i], sizeof plane->origin);
         memcpy(plane->normal, values->slices[i] + 3, sizeof plane->normal);
     }
-    if (values->slice_count == 0 && !has->slice) {
-        centre_of(&loaded->volume, scene->slice.origin);
-        if (loaded->volume.labels) { /* through voxels, not between two */
-            double middle[3];
-            for (int a = 0; a < 3; a++)
-                middle[a] = (double)((loaded->volume.dims[a] - 1) / 2);
-            pel_volume_index_to_world(&loaded->volume, middle, scene->slice.origin);
-        }
-        memcpy(scene->slice.normal, loaded->volume.direction[2], sizeof scene->slice.normal);
-    }
+    if (values->slice_count == 0 && !has->slice && !pel_scene_choose(scene, &(struct pel_scene_parts) { .slice = true }, 0, 0, error))
+        return false;
     if (values->clip_plane_count > 0)
         scene->clip_plane_count = values->clip_plane_count;
     for (int i = 0; i < values->clip_plane_count; i++) {
@@ -205,20 +150,6 @@ static bool nearly_parallel(const double a[3], const double b[3])
     return ab * ab > (1 - 1e-6) * aa * bb;
 }
 
-/* Sees a slice face on, from the side on which the camera was, upright as far as that can be. */
-static void face_slice(struct pel_camera *camera, const struct pel_plane *slice, enum pel_space space)
-{
-    double length = sqrt(dot(slice->normal, slice->normal)), view[3];
-    for (int a = 0; a < 3; a++)
-        view[a] = camera->position[a] - camera->focal_point[a];
-    double distance = sqrt(dot(view, view)) * (dot(view, slice->normal) < 0 ? -1 : 1);
-    for (int a = 0; a < 3; a++)
-        camera->position[a] = camera->focal_point[a] + distance * slice->normal[a] / length;
-    memcpy(camera->view_up, (double[3]) { 0, 0, 1 }, sizeof camera->view_up);
-    if (fabs(slice->normal[2]) > 0.9 * length) /* a patient's front is up: +y in RAS, -y in LPS */
-        memcpy(camera->view_up, (double[3]) { 0, space == PEL_SPACE_LPS ? -1 : 1, 0 }, sizeof camera->view_up);
-}
-
 bool scene_set_camera(struct loaded_scene *loaded, const struct arguments *arguments, const struct scene_arguments *values,
                       const struct pel_scene_parts *has, struct pel_error *error)
 {
@@ -230,11 +161,12 @@ bool scene_set_camera(struct loaded_scene *loaded, const struct arguments *argum
     if (!has->camera) {
         struct pel_camera kept = loaded->scene.camera;
         loaded->scene.camera = *camera;
-        pel_scene_fit_camera(&loaded->scene, values->size[0], values->size[1]);
+        if (placed) /* a slice is not faced then */
+            pel_scene_fit_camera(&loaded->scene, values->size[0], values->size[1]);
+        else if (!pel_scene_choose(&loaded->scene, &(struct pel_scene_parts) { .camera = true }, values->size[0], values->size[1], error))
+            return false;
         *camera = loaded->scene.camera;
         loaded->scene.camera = kept;
-        if (loaded->scene.render.mode == PEL_MODE_SLICE && loaded->scene.more_slice_count == 0 && !placed)
-            face_slice(camera, &loaded->scene.slice, loaded->volume.space);
     }
     if (!arguments_overlay(arguments, GROUP_CAMERA, camera, error))
         return false;

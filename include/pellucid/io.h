@@ -86,15 +86,23 @@ bool pel_write_mesh(const char *path, const struct pel_mesh *mesh, const struct 
  * [lo, hi] where the file's are 0..1 normalised; the opacity curve is taken too if the file has one. */
 bool pel_read_transfer(const char *path, const char *name, double lo, double hi, struct pel_transfer *transfer, struct pel_error *error);
 bool pel_write_transfer(const char *path, const struct pel_transfer *transfer, struct pel_error *error); /* ParaView .json */
+/* The same from and to text in memory. `text` has a 0 behind its `size` bytes; what to_text gives is to be freed, NULL on failure. */
+bool pel_transfer_from_text(const char *text, size_t size, const char *name, double lo, double hi, struct pel_transfer *transfer,
+                            struct pel_error *error);
+char *pel_transfer_to_text(const struct pel_transfer *transfer, struct pel_error *error);
 
 /* Scene file (JSON). Reading fills everything but scene->volume: the caller reads scene->source and sets it. Keys that are not known are
  * refused by name. What the file does not say keeps the value it had; `has` (nullable) tells which of the parts that are
  * otherwise chosen from the volume were said. */
-struct pel_scene_parts {
-    bool transfer, colors, opacities, unit_distance, camera, isosurfaces, slice;
-};
 bool pel_read_scene(const char *path, struct pel_scene *scene, struct pel_scene_parts *has, struct pel_error *error);
 bool pel_write_scene(const char *path, const struct pel_scene *scene, struct pel_error *error);
+
+/* The same from and to text in memory. Paths in it are relative to the file `path`, which need not exist; NULL: they are as the process
+ * sees them. Where the text is refused the scene stays as it was; messages begin with the key, "camera.parallel-scale: ". What to_text gives
+ * is to be freed, and reads back to the last bit; NULL where a number is not finite or a path is not UTF-8. */
+bool pel_scene_from_text(const char *text, size_t size, const char *path, struct pel_scene *scene, struct pel_scene_parts *has,
+                         struct pel_error *error);
+char *pel_scene_to_text(const struct pel_scene *scene, const char *path, struct pel_error *error);
 
 #pragma GCC visibility pop
 #ifdef __cplusplus

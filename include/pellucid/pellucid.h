@@ -11,6 +11,7 @@
 #include <pellucid/io.h>
 #include <pellucid/mesh.h>
 #include <pellucid/option.h>
+#include <pellucid/pick.h>
 #include <pellucid/renderer.h>
 #include <pellucid/scene.h>
 #include <pellucid/statistics.h>

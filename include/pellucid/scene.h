@@ -129,6 +129,16 @@ struct pel_scene {
 bool pel_scene_init(struct pel_scene *scene, struct pel_error *error);
 void pel_scene_finish(struct pel_scene *scene);
 
+/* Parts of a scene that are chosen from its volume where nobody says them. `transfer` is any of the three after it. */
+struct pel_scene_parts {
+    bool transfer, colors, opacities, unit_distance, camera, isosurfaces, slice;
+};
+
+/* Chooses the parts named from the volume, for the mode of the scene: the automatic transfer function (`transfer` alone: all of it), one
+ * isosurface at the object's boundary, a slice square to the third axis through the middle, the camera that pel_scene_fit_camera places,
+ * before a single slice face on. width and height are the picture's. Needs scene->volume. On failure parts may have been chosen. */
+bool pel_scene_choose(struct pel_scene *scene, const struct pel_scene_parts *parts, int width, int height, struct pel_error *error);
+
 /* Places the camera as pel_camera_fit does, but so that what the scene shows fills the view: the samples that the transfer function or the
  * isosurfaces let be seen. MinIP, average and slice show the whole box. Looks at a sparse set of samples; needs scene->volume. */
 void pel_scene_fit_camera(struct pel_scene *scene, int width, int height);

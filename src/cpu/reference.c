@@ -22,6 +22,7 @@ struct reference {
     double dt;       /* world length of a full segment */
     int jitter;
     int first_row;   /* of the band that is being drawn */
+    double solid;    /* opacity from which on a composite has a depth */
 };
 
 /* "Ray": world and index space share the parameter t. */
@@ -77,7 +78,7 @@ static void clip(const struct reference *r, struct ray *ray)
 }
 
 /* Makes the ray of a pixel; false where it misses. */
-static bool make_ray(const struct reference *r, int x, int y, struct ray *ray)
+static bool make_ray(const struct reference *r, double x, double y, struct ray *ray)
 {
     const struct pel_scene *scene = r->scene;
     double from[3];
@@ -94,7 +95,7 @@ static bool make_ray(const struct reference *r, int x, int y, struct ray *ray)
     /* "Samples": a last segment shorter than a thousandth of dt belongs to the one before it. */
     double n = ceil((ray->b - ray->a) / r->dt - 0.001);
     ray->segments = n < 1 ? 1 : (size_t)n;
-    ray->fraction = r->jitter ? (double)pel_jitter(x, y, r->jitter - 1) : 0.5;
+    ray->fraction = r->jitter ? (double)pel_jitter((int)x, (int)y, r->jitter - 1) : 0.5;
     return true;
 }
 
@@ -199,7 +200,7 @@ static void draw_composite(const struct reference *r, struct ray *ray, struct pi
         if (r->scene->render.shade)
             shade(r, ray, s.t, rgb);
         put_behind(pixel, alpha, rgb);
-        if (pixel->alpha >= 0.5 && pixel->depth == INFINITY)
+        if (pixel->alpha >= r->solid && pixel->depth == INFINITY)
             pixel->depth = s.t;
     }
 }
@@ -351,7 +352,7 @@ static void draw_slices(const struct reference *r, struct ray *ray, struct pixel
 }
 
 /* "Modes", "Light", and of "Depth" that where nothing is seen there is none. */
-static void draw_pixel(const struct reference *r, int x, int y, struct pixel *pixel, uint64_t *samples)
+static void draw_pixel(const struct reference *r, double x, double y, struct pixel *pixel, uint64_t *samples)
 {
     struct ray ray;
     *pixel = (struct pixel){ .depth = INFINITY };
@@ -399,19 +400,27 @@ static void draw_row(void *context, size_t item, int thread)
     }
 }
 
+/* What all rays share; to be finished with pel_reference_integral_finish in either case. */
+static bool begin(struct reference *r, const struct pel_scene *scene, struct pel_image *image, struct pel_error *error)
+{
+    *r = (struct reference){ .scene = scene, .image = image, .classification = scene->render.classification, .solid = 0.5 };
+    pel_reference_signal_init(&r->signal, scene);
+    r->dt = scene->render.step * pel_volume_least_spacing(scene->volume);
+    if (r->signal.nearest && r->classification == PEL_CLASSIFICATION_PREINTEGRATED)
+        r->classification = PEL_CLASSIFICATION_POST; /* nothing lies between the values of two voxels */
+    return r->classification != PEL_CLASSIFICATION_PREINTEGRATED ||
+           pel_reference_integral_init(&r->integral, &scene->transfer, scene->linear_light, error);
+}
+
 bool pel_reference_draw(const struct pel_scene *scene, int jitter, int threads, const struct pel_progress *progress,
                         struct pel_image *image, uint64_t *samples, struct pel_error *error)
 {
-    struct reference r = { .scene = scene, .image = image, .jitter = jitter, .classification = scene->render.classification };
+    struct reference r;
     uint64_t total = 0;
     bool done = false;
-    pel_reference_signal_init(&r.signal, scene);
-    r.dt = scene->render.step * pel_volume_least_spacing(scene->volume);
-    if (r.signal.nearest && r.classification == PEL_CLASSIFICATION_PREINTEGRATED)
-        r.classification = PEL_CLASSIFICATION_POST; /* nothing lies between the values of two voxels */
-    if (r.classification == PEL_CLASSIFICATION_PREINTEGRATED &&
-        !pel_reference_integral_init(&r.integral, &scene->transfer, scene->linear_light, error))
+    if (!begin(&r, scene, image, error))
         goto cleanup;
+    r.jitter = jitter;
     for (int y = 0; y < image->height; y += BAND) {
         struct band band = { .r = &r };
         int rows = image->height - y < BAND ? image->height - y : BAND;
@@ -428,4 +437,27 @@ bool pel_reference_draw(const struct pel_scene *scene, int jitter, int threads, 
 cleanup:
     pel_reference_integral_finish(&r.integral);
     return done;
+}
+
+bool pel_reference_pick(const struct pel_scene *scene, int width, int height, double x, double y, double opacity, struct pel_reference_pick *pick,
+                        struct pel_error *error)
+{
+    struct pel_image size = { .width = width, .height = height };
+    struct reference r;
+    struct pixel pixel;
+    struct ray ray;
+    uint64_t samples = 0;
+    *pick = (struct pel_reference_pick){ .distance = INFINITY };
+    bool ok = begin(&r, scene, &size, error);
+    if (ok && (pick->inside = make_ray(&r, x, y, &ray))) {
+        r.solid = opacity;
+        draw_pixel(&r, x, y, &pixel, &samples);
+        pick->distance = pixel.depth;
+        for (int i = 0; i < 3; i++)
+            pick->world[i] = ray.origin[i] + pixel.depth * ray.direction[i];
+        index_at(&ray, pixel.depth, pick->index);
+        pick->valued = isfinite(pixel.depth) && pel_reference_value(&r.signal, pick->index, &pick->value);
+    }
+    pel_reference_integral_finish(&r.integral);
+    return ok;
 }

@@ -2,7 +2,6 @@
 /* ParaView's colour maps, JSON (a list of presets, or one) and XML (<ColorMap> with <Point>s, alone or in <ColorMaps>), become the same
  * preset: flat lists of points and a colour space. What interpolates in another space than RGB, or bends between opacity points, is
  * resampled into straight pieces. */
-#include "colormap_file.h"
 
 #include <ctype.h>
 #include <math.h>
@@ -426,8 +425,8 @@ static bool parse_xml(const char *text, size_t size, const char *name, struct pr
 
 /* ---- */
 
-bool pel_colormap_parse(const char *text, size_t size, const char *name, double lo, double hi, struct pel_transfer *transfer,
-                        struct pel_error *error)
+bool pel_transfer_from_text(const char *text, size_t size, const char *name, double lo, double hi, struct pel_transfer *transfer,
+                            struct pel_error *error)
 {
     struct preset preset = { .name = "" };
     size_t at = size >= 3 && memcmp(text, "\xef\xbb\xbf", 3) == 0 ? 3 : 0; /* a byte order mark */
@@ -443,7 +442,7 @@ bool pel_read_transfer(const char *path, const char *name, double lo, double hi,
 {
     size_t size;
     char *text = pel_text_file_read(path, &size, error);
-    bool ok = text && pel_colormap_parse(text, size, name, lo, hi, transfer, error);
+    bool ok = text && pel_transfer_from_text(text, size, name, lo, hi, transfer, error);
     free(text);
     return ok || pel_fail_in(error, "%s: ", path);
 }
@@ -456,7 +455,8 @@ static json_t *numbers(const double *values, size_t count)
     return array;
 }
 
-bool pel_write_transfer(const char *path, const struct pel_transfer *transfer, struct pel_error *error)
+/* A list of one preset, to be decref'd; NULL on failure. */
+static json_t *to_json(const struct pel_transfer *transfer, struct pel_error *error)
 {
     json_t *preset = json_object(), *root = json_array(), *colors = json_array(), *opacities = json_array();
     for (size_t i = 0; i < transfer->color_count; i++) {
@@ -477,8 +477,25 @@ bool pel_write_transfer(const char *path, const struct pel_transfer *transfer, s
     json_array_append_new(root, preset);
     bool complete = json_array_size(colors) == 4 * transfer->color_count && json_array_size(opacities) == 4 * transfer->opacity_count &&
                     json_object_size(preset) == 4;
-    bool ok = complete ? pel_json_write(path, root, error)
-                       : pel_fail(error, PEL_ERROR_ARGUMENT, "a number is not finite, the name is not UTF-8, or memory ran out");
+    if (complete)
+        return root;
+    json_decref(root);
+    pel_fail(error, PEL_ERROR_ARGUMENT, "a number is not finite, the name is not UTF-8, or memory ran out");
+    return NULL;
+}
+
+bool pel_write_transfer(const char *path, const struct pel_transfer *transfer, struct pel_error *error)
+{
+    json_t *root = to_json(transfer, error);
+    bool ok = root && pel_json_write(path, root, error);
     json_decref(root);
     return ok || pel_fail_in(error, "%s: ", path);
+}
+
+char *pel_transfer_to_text(const struct pel_transfer *transfer, struct pel_error *error)
+{
+    json_t *root = to_json(transfer, error);
+    char *text = root ? pel_json_to_text(root, error) : NULL;
+    json_decref(root);
+    return text;
 }

@@ -248,3 +248,17 @@ bool pel_json_write(const char *path, const json_t *root, struct pel_error *erro
     pel_safe_file_abort(&out);
     return ok;
 }
+
+char *pel_json_to_text(const json_t *root, struct pel_error *error)
+{
+    char *text = NULL;
+    size_t size;
+    FILE *file = open_memstream(&text, &size);
+    bool ok = file && put_value(file, root, 0);
+    ok = (!file || fclose(file) == 0) && ok;
+    if (ok)
+        return text;
+    free(text);
+    pel_fail(error, PEL_ERROR_MEMORY, "no memory for the text");
+    return NULL;
+}

@@ -20,6 +20,9 @@ json_t *pel_json_parse(const char *text, size_t size, struct pel_error *error);
  * on a line. */
 bool pel_json_write(const char *path, const json_t *root, struct pel_error *error);
 
+/* The same into memory, to be freed; NULL on failure. */
+char *pel_json_to_text(const json_t *root, struct pel_error *error);
+
 /* Reading of values; what is not there (NULL) is refused as well. */
 bool pel_json_number(const json_t *value, double *out, struct pel_error *error);
 bool pel_json_numbers(const json_t *value, size_t count, double *out, struct pel_error *error); /* an array of exactly `count` */

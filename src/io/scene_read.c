@@ -181,6 +181,8 @@ static bool read_render(struct pel_scene_reading *r, const json_t *value, void *
 static bool read_path(struct pel_scene_reading *r, const json_t *value, void *out)
 {
     char text[PEL_OPTION_TEXT_SIZE];
+    if (!r->path)
+        return pel_json_text(value, out, PEL_OPTION_TEXT_SIZE, r->error);
     return pel_json_text(value, text, sizeof text, r->error) && pel_path_from_file(r->path, text, out, PEL_OPTION_TEXT_SIZE, r->error);
 }
 
@@ -403,8 +405,8 @@ static const struct pel_scene_key scene_keys[] = {
     { NULL },
 };
 
-bool pel_scene_parse(const char *text, size_t size, const char *path, struct pel_scene *scene, struct pel_scene_parts *has,
-                     struct pel_error *error)
+bool pel_scene_from_text(const char *text, size_t size, const char *path, struct pel_scene *scene, struct pel_scene_parts *has,
+                         struct pel_error *error)
 {
     json_t *root = pel_json_parse(text, size, error);
     if (!root)
@@ -442,7 +444,7 @@ bool pel_read_scene(const char *path, struct pel_scene *scene, struct pel_scene_
 {
     size_t size;
     char *text = pel_text_file_read(path, &size, error);
-    bool ok = text && pel_scene_parse(text, size, path, scene, has, error);
+    bool ok = text && pel_scene_from_text(text, size, path, scene, has, error);
     free(text);
     return ok || pel_fail_in(error, "%s: ", path);
 }

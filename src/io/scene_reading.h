@@ -11,7 +11,7 @@
 struct pel_scene_reading {
     struct pel_scene scene; /* a copy, being changed */
     struct pel_scene_parts has;
-    const char *path; /* the scene file's */
+    const char *path; /* the scene file's, or NULL: paths are as the process sees them */
     char where[256];  /* "transfer.colors[2]" */
     struct pel_error *error;
 };

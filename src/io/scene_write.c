@@ -110,9 +110,9 @@ static json_t *plane(struct writing *w, const struct pel_plane *p)
 static json_t *source(struct writing *w, const struct pel_source *s, const char *path, struct pel_error *error)
 {
     char relative[PEL_OPTION_TEXT_SIZE];
-    if (!pel_path_to_file(path, s->path, relative, sizeof relative, error))
+    if (path && !pel_path_to_file(path, s->path, relative, sizeof relative, error))
         return NULL;
-    json_t *json = json_object(), *text = json_string(relative);
+    json_t *json = json_object(), *text = json_string(path ? relative : s->path);
     if (!text)
         pel_fail(error, PEL_ERROR_ARGUMENT, "the volume's path is not UTF-8 text, which JSON needs");
     put(w, json, "path", text);
@@ -220,6 +220,17 @@ json_t *pel_scene_to_json(const struct pel_scene *scene, const char *path, struc
         return NULL;
     }
     return root;
+}
+
+char *pel_scene_to_text(const struct pel_scene *scene, const char *path, struct pel_error *error)
+{
+    struct pel_error why = PEL_ERROR_INIT;
+    json_t *root = pel_scene_to_json(scene, path, &why);
+    char *text = root ? pel_json_to_text(root, &why) : NULL;
+    json_decref(root);
+    if (!text && error)
+        *error = why;
+    return text;
 }
 
 bool pel_write_scene(const char *path, const struct pel_scene *scene, struct pel_error *error)

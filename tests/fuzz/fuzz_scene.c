@@ -16,7 +16,7 @@ static void check_again(const struct pel_scene *scene)
     char *text = json ? json_dumps(json, JSON_REAL_PRECISION(17)) : NULL;
     if (!text || !pel_scene_init(&again, NULL))
         abort();
-    if (!pel_scene_parse(text, strlen(text), "scene.json", &again, NULL, &error))
+    if (!pel_scene_from_text(text, strlen(text), "scene.json", &again, NULL, &error))
         abort();
     if (!pel_transfer_equal(&scene->transfer, &again.transfer))
         abort();
@@ -32,7 +32,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *bytes, size_t size)
     struct pel_error error = PEL_ERROR_INIT;
     if (!pel_scene_init(&scene, &error))
         return 0;
-    if (pel_scene_parse((const char *)bytes, size, "folder/scene.json", &scene, &has, &error))
+    if (pel_scene_from_text((const char *)bytes, size, "folder/scene.json", &scene, &has, &error))
         check_again(&scene);
     else if (error.code == PEL_ERROR_NONE || !error.message[0] || strchr(error.message, '\n'))
         abort();

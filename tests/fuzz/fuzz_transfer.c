@@ -5,7 +5,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "colormap_file.h"
+#include <pellucid/io.h>
+
 
 int LLVMFuzzerTestOneInput(const uint8_t *bytes, size_t size);
 
@@ -29,7 +30,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *bytes, size_t size)
     memcpy(text, bytes, size);
     text[size] = 0;
     for (int named = 0; named < 2; named++)
-        if (pel_colormap_parse(text, size, named ? "b" : NULL, -3, 1000, &transfer, &error))
+        if (pel_transfer_from_text(text, size, named ? "b" : NULL, -3, 1000, &transfer, &error))
             check(&transfer);
         else if (error.code == PEL_ERROR_NONE || !error.message[0] || strchr(error.message, '\n'))
             abort();

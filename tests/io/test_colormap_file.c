@@ -8,7 +8,6 @@
 #include <string.h>
 
 #include "color_space.h"
-#include "colormap_file.h"
 
 static struct pel_transfer transfer;
 
@@ -28,7 +27,7 @@ static int drop(void **state)
 static void parse_ok(const char *text, const char *name, double lo, double hi)
 {
     struct pel_error error = PEL_ERROR_INIT;
-    if (!pel_colormap_parse(text, strlen(text), name, lo, hi, &transfer, &error))
+    if (!pel_transfer_from_text(text, strlen(text), name, lo, hi, &transfer, &error))
         fail_msg("%s", error.message);
 }
 
@@ -210,14 +209,14 @@ static void damage(void **state)
     assert_true(pel_transfer_init(&before, NULL));
     for (size_t i = 0; i < sizeof bad / sizeof *bad; i++) {
         struct pel_error error = PEL_ERROR_INIT;
-        if (pel_colormap_parse(bad[i], strlen(bad[i]), NULL, 0, 1, &transfer, &error))
+        if (pel_transfer_from_text(bad[i], strlen(bad[i]), NULL, 0, 1, &transfer, &error))
             fail_msg("accepted: %s", bad[i]);
         assert_true(error.code == PEL_ERROR_FORMAT || error.code == PEL_ERROR_UNSUPPORTED);
         assert_true(error.message[0] && !strchr(error.message, '\n'));
         assert_true(pel_transfer_equal(&transfer, &before));
     }
     struct pel_error error = PEL_ERROR_INIT;
-    assert_false(pel_colormap_parse("[]", 2, "viridis", 0, 1, &transfer, &error));
+    assert_false(pel_transfer_from_text("[]", 2, "viridis", 0, 1, &transfer, &error));
     assert_non_null(strstr(error.message, "viridis"));
     assert_false(pel_read_transfer(scratch("none.json"), NULL, 0, 1, &transfer, &error));
     assert_int_equal(error.code, PEL_ERROR_IO);

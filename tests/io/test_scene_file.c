@@ -207,7 +207,7 @@ static void paths_follow_the_file(void **state)
 static void parse(const char *text, struct pel_scene_parts *has)
 {
     struct pel_error error = PEL_ERROR_INIT;
-    if (!pel_scene_parse(text, strlen(text), "scene.json", &scene, has, &error))
+    if (!pel_scene_from_text(text, strlen(text), "scene.json", &scene, has, &error))
         fail_msg("%s", error.message);
 }
 
@@ -339,7 +339,7 @@ static void files_that_are_none(void **state)
     char deep[8192];
     memset(deep, '[', sizeof deep - 1);
     deep[sizeof deep - 1] = 0;
-    assert_false(pel_scene_parse(deep, strlen(deep), "a", &scene, NULL, &error));
+    assert_false(pel_scene_from_text(deep, strlen(deep), "a", &scene, NULL, &error));
 }
 
 static void what_json_cannot_say_is_not_written(void **state)

@@ -1,0 +1,452 @@
+/* SPDX-License-Identifier: MIT */
+/* The thread that draws. It looks at what changed, does the one thing that matters most, and looks again:
+ *   a picture of motion, small or by slices, that fits the budget, while a hand is down or full quality would take longer than that;
+ *   the slices that were asked for; the picture in full quality, once things rest; further frames of it, averaged; pictures and movies to be saved.
+ * What is not motion stops at its next report when a command comes. Commands never wait for a picture: each picture has a copy of the scene. */
+#include <errno.h>
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+#include <time.h>
+
+#include "session_inside.h"
+
+/* A change that no hand holds may be one of many: a wheel turns in steps. Full quality waits so long for the next. */
+#define QUIET_MS 120.0
+/* Between two pictures of a refinement that are sent. */
+#define REFINED_MS 700.0
+static const char fast[] = "slices2d", usual[] = "raycast";
+
+enum work { WORK_NONE, WORK_MOVING, WORK_SLICES, WORK_FULL, WORK_REFINE, WORK_JOB };
+
+struct drawer {
+    struct session *session;
+    struct pel_renderer *renderer;
+    struct encoder *encoder;
+    struct slices_drawer *slices;
+    struct pel_image moving, full;
+    struct pel_scene scene; /* the copy that is drawn */
+    const struct session_volume *drawn; /* whose memory the renderer may remember */
+    struct session_volume *volume;      /* of the copy; held */
+    struct pace pace;
+    enum pel_mode mode;          /* that the pace is of */
+    char technique[32];          /* likewise: the scene's */
+    bool fast_refused;           /* the fast technique cannot draw this */
+    double full_ms, full_pixels; /* of the last picture in full quality; 0: there was none */
+    double refined_sent_ms;
+    struct frame_facts rest; /* of the picture that is being refined */
+    bool stoppable;
+};
+
+bool session_held(const struct session *s)
+{
+    for (int i = 0; i < SESSION_MOST_CLIENTS; i++)
+        if (s->clients[i].number && s->clients[i].held)
+            return true;
+    return false;
+}
+
+void session_interrupt(struct session *s)
+{
+    atomic_store(&s->abort, SESSION_CHANGED);
+    pthread_cond_signal(&s->wake);
+}
+
+void session_changed(struct session *s, bool camera_only)
+{
+    s->camera_only = (s->shown == s->revision || s->camera_only) && camera_only;
+    s->revision++;
+    s->slices_revision += !camera_only; /* they may show the transfer function's colours */
+    s->release = false;
+    s->changed_ms = session_now();
+    session_interrupt(s);
+}
+
+static bool go_on(void *user, double fraction)
+{
+    const struct drawer *d = user;
+    (void)fraction;
+    int abort = atomic_load(&d->session->abort);
+    return abort != SESSION_ENDS && !(d->stoppable && abort);
+}
+
+bool session_take_options(struct pel_renderer *renderer, const struct pel_scene *scene, const char *technique, struct pel_error *error)
+{
+    const struct pel_technique_info *info = pel_technique_find(technique);
+    void *options = info ? pel_renderer_options(renderer, technique) : NULL;
+    if (options)
+        pel_option_defaults(info->options, options);
+    return strcmp(scene->technique.name, technique) != 0 || pel_renderer_take_technique(renderer, &scene->technique, error);
+}
+
+void session_note_clients(const struct session *s, struct frame_facts *facts)
+{
+    facts->client_count = 0;
+    for (int i = 0; i < SESSION_MOST_CLIENTS; i++)
+        if (s->clients[i].number && s->clients[i].greeted) {
+            facts->clients[facts->client_count] = s->clients[i].number;
+            facts->ids[facts->client_count++] = s->clients[i].id;
+        }
+}
+
+/* ---- sending ---- */
+
+static uint64_t counter(const struct pel_frame_stats *stats, const char *name)
+{
+    for (int i = 0; i < stats->counter_count; i++)
+        if (strcmp(stats->counters[i].name, name) == 0)
+            return stats->counters[i].value;
+    return 0;
+}
+
+/* `ms` last and open, for the client's own. */
+static char *header_text(const struct frame_facts *f, const struct session_frame *frame, const struct pel_image *image, double encode_ms)
+{
+    const struct pel_frame_stats *stats = f->stats;
+    char device[256], *text, *whole = NULL;
+    snprintf(device, sizeof device, "%s%s%s, %d thread%s", strcmp(stats->device, "cpu") ? stats->device : "CPU", stats->isa ? " " : "",
+             stats->isa ? stats->isa : "", stats->threads, stats->threads == 1 ? "" : "s");
+    json_t *json = json_pack("{s:I, s:s, s:s, s:[i, i], s:[i, i], s:s, s:b, s:o, s:s, s:s, s:I, s:I}", "frame", (json_int_t)frame->number, "view", f->view,
+                             "type", f->lossless ? "image/png" : "image/jpeg", "size", image->width, image->height, "of", f->of[0], f->of[1], "quality",
+                             f->quality, "lossless", (int)f->lossless, "camera", session_camera_json(&f->scene->camera), "technique",
+                             stats->technique ? stats->technique : "", "device", device, "samples", (json_int_t)counter(stats, "samples taken"), "averaged",
+                             (json_int_t)counter(stats, "frames averaged"));
+    text = json_dumps(json, JSON_COMPACT | JSON_REAL_PRECISION(17));
+    json_decref(json);
+    if (text) {
+        text[strlen(text) - 1] = 0;
+        if (asprintf(&whole, "%s,\"ms\":{\"draw\":%.3f,\"encode\":%.3f", text, f->draw_ms, encode_ms) < 0)
+            whole = NULL;
+    }
+    free(text);
+    return whole;
+}
+
+void session_send_frame(struct session *s, struct encoder *encoder, const struct pel_image *image, struct frame_facts *f)
+{
+    struct pel_error error = PEL_ERROR_INIT;
+    double start = session_now();
+    struct session_frame frame = { .view = f->view, .lossless = f->lossless, .client_count = f->client_count };
+    bool fine = f->lossless ? encode_png(encoder, image, f->scene->background, false, &frame.bytes, &frame.size, &error)
+                            : encode_jpeg(encoder, image, f->scene->background, &frame.bytes, &frame.size, &error);
+    if (!fine) {
+        pthread_mutex_lock(&s->lock);
+        session_tell_error(s, 0, error.message, NULL);
+        pthread_mutex_unlock(&s->lock);
+        return;
+    }
+    frame.number = ++s->frames;
+    for (int i = 0; i < f->client_count; i++) {
+        frame.clients[i].client = f->clients[i];
+        frame.clients[i].id = f->ids[i];
+    }
+    char *header = header_text(f, &frame, image, session_now() - start);
+    frame.header = header;
+    if (header && s->params.frame)
+        s->params.frame(s->params.user, &frame);
+    free(header);
+}
+
+/* ---- what to draw next ---- */
+
+static bool full_is_slow(const struct drawer *d, const struct session *s)
+{
+    return d->full_ms == 0 || d->full_ms * s->size[0] * s->size[1] / d->full_pixels > 0.8 * d->pace.budget_ms;
+}
+
+/* `wait_ms` gets how long to wait where there is nothing yet; 0: until something happens. */
+static enum work next_work(const struct drawer *d, const struct session *s, double *wait_ms)
+{
+    bool held = session_held(s), wanted = !s->params.wanted || !s->greeted || s->params.wanted(s->params.user);
+    *wait_ms = 0;
+    if (!s->volume)
+        return WORK_NONE;
+    if (s->shown != s->revision && (wanted || !held) && (held || (full_is_slow(d, s) && !s->release)))
+        return WORK_MOVING;
+    if (!s->greeted)
+        return WORK_NONE;
+    if (session_slices_due(s) && wanted)
+        return WORK_SLICES;
+    if (held)
+        return WORK_NONE;
+    if (s->full != s->revision) {
+        double since = session_now() - s->changed_ms;
+        if (s->shown != s->revision || s->release || since >= QUIET_MS)
+            return WORK_FULL;
+        *wait_ms = QUIET_MS - since;
+        return WORK_NONE;
+    }
+    if (s->refined != s->revision)
+        return WORK_REFINE;
+    return s->jobs ? WORK_JOB : WORK_NONE;
+}
+
+/* A copy of the scene as it is now, and of whose commands are in it. With the lock held. */
+static bool take_copy(struct drawer *d, struct frame_facts *f)
+{
+    struct session *s = d->session;
+    struct pel_transfer transfer = d->scene.transfer;
+    struct pel_error error = PEL_ERROR_INIT;
+    if (d->volume != s->volume) {
+        if (d->volume)
+            session_volume_release(s, d->volume);
+        d->volume = s->volume;
+        d->volume->users++;
+        d->full_ms = 0;
+    }
+    if (!pel_transfer_equal(&transfer, &s->scene.transfer) && !pel_transfer_copy(&transfer, &s->scene.transfer, &error)) {
+        d->scene.transfer = transfer;
+        session_tell_error(s, 0, error.message, NULL);
+        return false;
+    }
+    memcpy(&d->scene, &s->scene, sizeof d->scene); /* with its padding: the renderer compares bytes */
+    d->scene.transfer = transfer;
+    *f = (struct frame_facts) { .view = "main", .of = { s->size[0], s->size[1] }, .revision = s->revision, .scene = &d->scene };
+    session_note_clients(s, f);
+    return true;
+}
+
+static const char *technique_of(const struct pel_scene *scene)
+{
+    return scene->technique.name[0] ? scene->technique.name : usual;
+}
+
+/* Another mode, technique or volume costs something else. */
+static void meet(struct drawer *d)
+{
+    if (d->drawn != d->volume)
+        pel_renderer_invalidate(d->renderer);
+    if (d->drawn != d->volume || d->mode != d->scene.render.mode || strcmp(d->technique, technique_of(&d->scene)) != 0) {
+        pace_init(&d->pace, d->session->params.budget_ms);
+        d->fast_refused = false;
+        d->full_ms = 0;
+        d->mode = d->scene.render.mode;
+        snprintf(d->technique, sizeof d->technique, "%s", technique_of(&d->scene));
+    }
+    d->drawn = d->volume;
+}
+
+/* Does shear-warp stand in for the technique under a moving hand? */
+static bool takes_fast(const struct drawer *d)
+{
+    return !d->session->device && !d->fast_refused && d->scene.render.mode == PEL_MODE_COMPOSITE &&
+           d->scene.render.classification == PEL_CLASSIFICATION_POST;
+}
+
+static void tell_failure(struct drawer *d, const struct pel_error *error)
+{
+    struct session *s = d->session;
+    pthread_mutex_lock(&s->lock);
+    session_tell_error(s, 0, error->message, NULL);
+    pthread_mutex_unlock(&s->lock);
+}
+
+/* ---- drawing ---- */
+
+static bool draw(struct drawer *d, const char *technique, struct pel_image *image, struct frame_facts *f, struct pel_error *error)
+{
+    double start = session_now();
+    if (!session_take_options(d->renderer, &d->scene, technique, error) || !pel_renderer_draw(d->renderer, &d->scene, technique, image, error))
+        return false;
+    f->draw_ms = session_now() - start;
+    f->stats = pel_renderer_stats(d->renderer);
+    return true;
+}
+
+static bool draw_moving(struct drawer *d, struct frame_facts *f, enum pace_kind kind, struct pel_error *error)
+{
+    int size[2];
+    double start = session_now();
+    int level = pace_choose(&d->pace, kind, f->of, size);
+    struct pel_render_settings *render = &d->scene.render;
+    render->refine = 0;
+    render->step = pace_step(level, render->step);
+    if (!pel_image_allocate(&d->moving, size[0], size[1], false, error))
+        return false;
+    bool fine = takes_fast(d) && draw(d, fast, &d->moving, f, error);
+    if (!fine && takes_fast(d) && error->code == PEL_ERROR_UNSUPPORTED) {
+        d->fast_refused = true;
+        *error = (struct pel_error)PEL_ERROR_INIT;
+    }
+    if (!fine && (error->code != PEL_ERROR_NONE || !draw(d, d->technique, &d->moving, f, error)))
+        return false;
+    f->quality = "moving";
+    session_send_frame(d->session, d->encoder, &d->moving, f);
+    pace_measured(&d->pace, kind, level, session_now() - start);
+    return true;
+}
+
+static bool draw_full(struct drawer *d, struct frame_facts *f, struct pel_error *error)
+{
+    double start = session_now();
+    if (!pel_image_allocate(&d->full, f->of[0], f->of[1], false, error) || !draw(d, d->technique, &d->full, f, error))
+        return false;
+    d->full_ms = session_now() - start;
+    d->full_pixels = (double)f->of[0] * f->of[1];
+    f->quality = "full";
+    f->lossless = true;
+    d->rest = *f;
+    d->refined_sent_ms = session_now();
+    session_send_frame(d->session, d->encoder, &d->full, f);
+    return true;
+}
+
+/* One more frame into the mean of the picture at rest. */
+static bool refine(struct drawer *d, struct frame_facts *f, bool *finished, struct pel_error *error)
+{
+    *finished = pel_renderer_finished(d->renderer);
+    if (*finished)
+        return true;
+    if (!draw(d, d->technique, &d->full, f, error))
+        return false;
+    *finished = pel_renderer_finished(d->renderer);
+    if (*finished || session_now() - d->refined_sent_ms > REFINED_MS) {
+        f->quality = "refined";
+        f->lossless = true;
+        session_send_frame(d->session, d->encoder, &d->full, f);
+        d->refined_sent_ms = session_now();
+    }
+    return true;
+}
+
+/* Where a GPU that nobody asked for by name refuses, the CPU draws. */
+static bool leave_device(struct drawer *d, const struct pel_error *error)
+{
+    struct session *s = d->session;
+    const struct pel_technique_info *info = pel_technique_find(d->technique);
+    struct pel_renderer_params params = { .threads = s->params.threads, .progress = { go_on, d } };
+    if (!s->device || error->code != PEL_ERROR_UNSUPPORTED || !info || !(info->engines & PEL_ENGINE_CPU))
+        return false;
+    pel_renderer_destroy(d->renderer);
+    pthread_mutex_lock(&s->lock);
+    pel_device_destroy(s->device);
+    s->device = NULL;
+    pthread_mutex_unlock(&s->lock);
+    d->renderer = pel_renderer_create(&params, NULL);
+    d->drawn = NULL;
+    return d->renderer != NULL;
+}
+
+static bool make_renderer(struct drawer *d, struct pel_error *error)
+{
+    struct session *s = d->session;
+    const struct pel_renderer_params params = { s->params.threads, { go_on, d }, s->device };
+    if (!d->renderer)
+        d->renderer = pel_renderer_create(&params, error);
+    return d->renderer != NULL;
+}
+
+/* Does it, without the lock; what came of it is noted with it. */
+static void work(struct drawer *d, enum work what, struct frame_facts *f, enum pace_kind kind)
+{
+    struct session *s = d->session;
+    struct pel_error error = PEL_ERROR_INIT;
+    bool finished = false;
+    meet(d);
+    bool fine = what == WORK_MOVING ? draw_moving(d, f, kind, &error) : what == WORK_FULL ? draw_full(d, f, &error) : refine(d, f, &finished, &error);
+    bool stopped = !fine && error.code == PEL_ERROR_CANCELLED, again = false;
+    if (!fine && !stopped && !(again = leave_device(d, &error)))
+        tell_failure(d, &error);
+    pthread_mutex_lock(&s->lock);
+    if (stopped || again)
+        return;
+    s->shown = f->revision;
+    if (what != WORK_MOVING)
+        s->full = f->revision;
+    if (finished || (!fine && what != WORK_MOVING) || (what == WORK_FULL && d->scene.render.refine == 0))
+        s->refined = f->revision;
+}
+
+static void wait_for_work(struct session *s, double wait_ms)
+{
+    struct timespec until;
+    if (wait_ms <= 0) {
+        pthread_cond_wait(&s->wake, &s->lock);
+        return;
+    }
+    clock_gettime(CLOCK_MONOTONIC, &until);
+    long ns = until.tv_nsec + (long)(wait_ms * 1e6);
+    until.tv_sec += ns / 1000000000;
+    until.tv_nsec = ns % 1000000000;
+    pthread_cond_timedwait(&s->wake, &s->lock, &until);
+}
+
+/* One thing; with the lock held, which is given up meanwhile. */
+static void do_next(struct drawer *d, enum work what)
+{
+    struct session *s = d->session;
+    struct frame_facts f;
+    struct pel_error error = PEL_ERROR_INIT;
+    atomic_store(&s->abort, s->quit ? SESSION_ENDS : 0);
+    d->stoppable = what != WORK_MOVING && (what != WORK_FULL || s->shown == s->revision);
+    if (what == WORK_REFINE) {
+        f = d->rest;
+        session_note_clients(s, &f);
+    } else if (!take_copy(d, &f)) {
+        s->shown = s->full = s->refined = s->revision;
+        return;
+    }
+    if (!make_renderer(d, &error)) {
+        session_tell_error(s, 0, error.message, NULL);
+        s->shown = s->full = s->refined = s->revision;
+        return;
+    }
+    const struct session_slices asked = s->slices;
+    enum pace_kind kind = s->camera_only ? PACE_CAMERA : PACE_SCENE;
+    if (what == WORK_SLICES) {
+        s->slices_shown = s->slices_revision;
+        s->slices_moving = session_held(s);
+        f.quality = s->slices_moving ? "moving" : "full";
+        f.lossless = !s->slices_moving;
+    }
+    pthread_mutex_unlock(&s->lock);
+    if (what == WORK_SLICES) {
+        session_slices_draw(s, &d->slices, d->encoder, &asked, &f);
+        pthread_mutex_lock(&s->lock);
+    } else if (what == WORK_JOB) {
+        meet(d);
+        session_job_step(s, d->renderer);
+        pthread_mutex_lock(&s->lock);
+    } else {
+        work(d, what, &f, kind);
+    }
+}
+
+void *session_draw(void *user)
+{
+    struct session *s = user;
+    struct drawer d = { .session = s };
+    struct pel_error error = PEL_ERROR_INIT;
+    pel_image_init(&d.moving);
+    pel_image_init(&d.full);
+    pace_init(&d.pace, s->params.budget_ms);
+    bool fine = (d.encoder = encoder_create(&error)) && pel_scene_init(&d.scene, &error);
+    pthread_mutex_lock(&s->lock);
+    while (fine && !s->quit) {
+        double wait_ms;
+        if (s->state_dirty && s->volume) {
+            s->state_dirty = false;
+            session_tell_state(s, 0);
+        }
+        enum work what = next_work(&d, s, &wait_ms);
+        if (what == WORK_NONE)
+            wait_for_work(s, wait_ms);
+        else
+            do_next(&d, what);
+        pthread_cond_broadcast(&s->settled);
+    }
+    if (!fine)
+        session_tell_error(s, 0, error.message, NULL);
+    if (d.volume)
+        session_volume_release(s, d.volume);
+    s->quit = true;
+    pthread_cond_broadcast(&s->settled);
+    pthread_mutex_unlock(&s->lock);
+    session_slices_finish(d.slices);
+    pel_renderer_destroy(d.renderer);
+    pel_scene_finish(&d.scene);
+    pel_image_finish(&d.moving);
+    pel_image_finish(&d.full);
+    encoder_destroy(d.encoder);
+    return NULL;
+}

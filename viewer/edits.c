@@ -1,0 +1,202 @@
+/* SPDX-License-Identifier: MIT */
+/* Edits of the scene. Each is made on a copy, which takes the scene's place only when it can be drawn. */
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+#include "session_inside.h"
+
+bool session_copy_scene(const struct session *s, struct pel_scene *copy, struct pel_error *error)
+{
+    *copy = s->scene;
+    copy->transfer = (struct pel_transfer) { 0 };
+    return pel_transfer_copy(&copy->transfer, &s->scene.transfer, error);
+}
+
+static bool check_technique(const struct session *s, const struct pel_scene *scene, struct pel_error *error)
+{
+    const struct pel_technique_info *technique = pel_technique_find(scene->technique.name);
+    if (!scene->technique.name[0])
+        return true;
+    if (!pel_renderer_take_technique(NULL, &scene->technique, error))
+        return false;
+    if (!s->device && !(technique->engines & PEL_ENGINE_CPU))
+        return session_fail(error, PEL_ERROR_UNSUPPORTED, "technique.name: %s draws on a GPU alone, and this session is on the CPU; start it with --device gpu",
+                            technique->name);
+    return true;
+}
+
+bool session_take_scene(struct session *s, struct pel_scene *changed, struct pel_error *error)
+{
+    const double *n = changed->slice.normal;
+    const struct pel_scene_parts missing = {
+        .isosurfaces = changed->render.mode == PEL_MODE_ISOSURFACE && changed->isosurface_count == 0,
+        .slice = n[0] == 0 && n[1] == 0 && n[2] == 0,
+    };
+    bool fine = check_technique(s, changed, error) && pel_scene_choose(changed, &missing, s->size[0], s->size[1], error) && pel_scene_check(changed, error);
+    if (!fine) {
+        pel_transfer_finish(&changed->transfer);
+        return false;
+    }
+    pel_transfer_finish(&s->scene.transfer);
+    s->scene = *changed;
+    return true;
+}
+
+bool run_set(struct call *call)
+{
+    struct session *s = call->session;
+    const json_t *part = json_object_get(call->json, "scene");
+    struct pel_scene changed;
+    if (!json_is_object(part))
+        return session_fail(call->error, PEL_ERROR_ARGUMENT, "scene: it must be an object, part of a scene file");
+    if (json_object_get(part, "volume"))
+        return session_fail(call->error, PEL_ERROR_ARGUMENT, "scene: volume: another volume is opened with `open`");
+    char *text = json_dumps(part, JSON_COMPACT | JSON_REAL_PRECISION(17));
+    if (!text)
+        return session_fail(call->error, PEL_ERROR_MEMORY, "scene: no memory for it");
+    bool fine = session_copy_scene(s, &changed, call->error);
+    if (fine && !pel_scene_from_text(text, strlen(text), NULL, &changed, NULL, call->error)) {
+        pel_transfer_finish(&changed.transfer);
+        fine = false;
+    }
+    free(text);
+    return fine && session_take_scene(s, &changed, call->error);
+}
+
+bool run_automatic(struct call *call)
+{
+    struct session *s = call->session;
+    const char *what = call_text(call, "what", 32);
+    struct pel_scene changed;
+    if (!what)
+        return false;
+    const struct pel_scene_parts parts = {
+        .transfer = strcmp(what, "transfer") == 0,
+        .isosurfaces = strcmp(what, "isosurfaces") == 0,
+        .camera = strcmp(what, "camera") == 0,
+        .slice = strcmp(what, "slice") == 0,
+    };
+    if (!parts.transfer && !parts.isosurfaces && !parts.camera && !parts.slice)
+        return session_fail(call->error, PEL_ERROR_ARGUMENT, "what: it must be transfer, isosurfaces, camera or slice");
+    if (!session_copy_scene(s, &changed, call->error))
+        return false;
+    if (pel_scene_choose(&changed, &parts, s->size[0], s->size[1], call->error))
+        return session_take_scene(s, &changed, call->error);
+    pel_transfer_finish(&changed.transfer);
+    return false;
+}
+
+bool run_colormap(struct call *call)
+{
+    const char *name = call_text(call, "name", 64);
+    double range[2];
+    return name && call_numbers(call, "range", 2, range) &&
+           pel_transfer_set_colormap(&call->session->scene.transfer, name, range[0], range[1], call->error);
+}
+
+bool run_import(struct call *call)
+{
+    struct session *s = call->session;
+    const char *text = call_text(call, "text", SESSION_MOST_BYTES), *name = NULL;
+    double lo = s->scene.volume->range[0], hi = s->scene.volume->range[1];
+    struct pel_scene changed;
+    if (!text || (call_has(call, "name") && !(name = call_text(call, "name", 256))))
+        return false;
+    if (!(lo < hi)) /* one value, or none at all */
+        hi = (lo = lo == hi ? lo : 0) + 1;
+    if (!session_copy_scene(s, &changed, call->error))
+        return false;
+    if (pel_transfer_from_text(text, strlen(text), name, lo, hi, &changed.transfer, call->error))
+        return session_take_scene(s, &changed, call->error);
+    pel_transfer_finish(&changed.transfer);
+    return false;
+}
+
+/* Offers a text (freed) for download. */
+static bool offer(struct call *call, char *text, const char *name)
+{
+    if (!text)
+        return false;
+    int fd = download_file(call->error);
+    bool fine = fd >= 0 && download_write(fd, text, strlen(text), call->error);
+    free(text);
+    if (fine)
+        session_offer(call->session, call->client->number, fd, name, "application/json", call);
+    else if (fd >= 0)
+        close(fd);
+    return fine;
+}
+
+bool run_export(struct call *call)
+{
+    return offer(call, pel_transfer_to_text(&call->session->scene.transfer, call->error), "transfer.json");
+}
+
+bool run_scene(struct call *call)
+{
+    return offer(call, pel_scene_to_text(&call->session->scene, NULL, call->error), "scene.json");
+}
+
+/* ---- back and forth ---- */
+
+bool session_scene_from_snapshot(const char *text, const struct pel_volume *volume, struct pel_scene *scene, struct pel_error *error)
+{
+    if (!pel_scene_init(scene, error))
+        return false;
+    scene->volume = volume;
+    scene->light_count = 0; /* what the text leaves out is empty, not the default */
+    if (pel_scene_from_text(text, strlen(text), NULL, scene, NULL, error))
+        return true;
+    pel_scene_finish(scene);
+    return false;
+}
+
+static bool same_source(const struct pel_source *a, const struct pel_source *b)
+{
+    return strcmp(a->path, b->path) == 0 && strcmp(a->array, b->array) == 0 && strcmp(a->raw, b->raw) == 0;
+}
+
+static bool go(struct call *call, int direction)
+{
+    struct session *s = call->session;
+    struct pel_scene scene;
+    char *now = pel_scene_to_text(&s->scene, NULL, call->error);
+    if (!now)
+        return false;
+    char *text = direction < 0 ? history_undo(&s->history, now) : history_redo(&s->history, now);
+    if (!text)
+        return session_fail(call->error, PEL_ERROR_ARGUMENT, direction < 0 ? "there is nothing to undo" : "there is nothing to redo");
+    bool fine = session_scene_from_snapshot(text, s->scene.volume, &scene, call->error);
+    if (fine && !same_source(&scene.source, &s->scene.source)) {
+        char path[PEL_OPTION_TEXT_SIZE], array[sizeof scene.source.array];
+        memcpy(path, scene.source.path, sizeof path);
+        memcpy(array, scene.source.array, sizeof array);
+        pel_scene_finish(&scene);
+        return session_open(s, path, array, text, direction, call->error); /* takes the text */
+    }
+    fine = fine && session_take_scene(s, &scene, call->error);
+    if (fine) {
+        session_changed(s, false);
+        s->state_dirty = true;
+        free(text);
+    } else {
+        session_history_back(s, direction, text);
+    }
+    return fine;
+}
+
+void session_history_back(struct session *s, int direction, char *text)
+{
+    free(direction < 0 ? history_redo(&s->history, text) : history_undo(&s->history, text));
+}
+
+bool run_undo(struct call *call)
+{
+    return go(call, -1);
+}
+
+bool run_redo(struct call *call)
+{
+    return go(call, 1);
+}

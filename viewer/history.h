@@ -1,0 +1,39 @@
+/* SPDX-License-Identifier: MIT */
+/* Undo and redo: what the scene was before each step, as the text of a scene file. A gesture (a drag) is one step, however many changes it
+ * makes: only the first of them asks for a text. */
+#ifndef VIEWER_HISTORY_H
+#define VIEWER_HISTORY_H
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+enum { HISTORY_MOST_STEPS = 256, HISTORY_MOST_BYTES = 32 << 20 };
+
+struct history_list {
+    char *texts[HISTORY_MOST_STEPS]; /* owned; the last is the nearest step */
+    int count;
+    size_t bytes;
+};
+
+/* Starts zeroed. */
+struct history {
+    struct history_list undo, redo;
+    int client; /* whose gesture made the last step; 0: it cannot be continued */
+    int64_t gesture;
+};
+
+void history_finish(struct history *history);
+
+/* Does a change of this client's gesture (0: none) begin a new step, for which history_push is owed? */
+bool history_begins(const struct history *history, int client, int64_t gesture);
+
+/* A step was made, before which the scene was `before` (owned from now on). What was undone cannot be redone any more. */
+void history_push(struct history *history, int client, int64_t gesture, char *before);
+
+/* A step back or forward: gives the text to return to (the caller's to free) and keeps `now` (owned) for the way back. NULL where there is
+ * none: then `now` is freed. */
+char *history_undo(struct history *history, char *now);
+char *history_redo(struct history *history, char *now);
+
+#endif

@@ -1,0 +1,278 @@
+/* SPDX-License-Identifier: MIT */
+/* Pictures and movies to be saved: drawn frame by frame by the thread that draws, when it has nothing more urgent, of the scene as it was when
+ * they were asked for. A command stops the frame under way, which is drawn again later.
+ * A movie is an animated WebP: one file that every browser plays, and the page is one (docs/decisions/0010-the-viewer.md). */
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+#include <webp/encode.h>
+#include <webp/mux.h>
+
+#include "session_inside.h"
+
+enum { MOST_JOBS = 16, MOST_MOVIE_PIXELS = 1 << 23, MOVIE_MS = 40, MOVIE_QUALITY = 90 };
+/* Pictures up to so many pixels are packed as small as can be; larger ones would hold up what is drawn next. */
+#define SMALL_PIXELS (1 << 22)
+
+struct session_job {
+    struct session_job *next;
+    int client;
+    bool has_id;
+    int64_t id;
+    const char *what; /* "picture", "movie" */
+    bool cancelled;   /* under the lock */
+    bool background;
+    int size[2], frames, done, draws;
+    double degrees;
+    struct pel_scene scene; /* its transfer function is a copy of its own */
+    struct session_volume *volume;
+    struct pel_image image;
+    struct encoder *encoder;
+    WebPAnimEncoder *movie;
+};
+
+/* With the lock held. */
+static void job_free(struct session *s, struct session_job *job)
+{
+    pel_transfer_finish(&job->scene.transfer);
+    pel_image_finish(&job->image);
+    encoder_destroy(job->encoder);
+    WebPAnimEncoderDelete(job->movie);
+    session_volume_release(s, job->volume);
+    free(job);
+}
+
+void session_jobs_finish(struct session *s)
+{
+    while (s->jobs) {
+        struct session_job *job = s->jobs;
+        s->jobs = job->next;
+        job_free(s, job);
+    }
+}
+
+static bool add(struct call *call, struct session_job *job)
+{
+    struct session *s = call->session;
+    struct session_job **last = &s->jobs;
+    int count = 0;
+    for (; *last; last = &(*last)->next)
+        count++;
+    job->client = call->client->number;
+    job->has_id = call->has_id;
+    job->id = call->id;
+    job->volume = s->volume;
+    s->volume->users++;
+    pel_image_init(&job->image);
+    bool fine = session_copy_scene(s, &job->scene, call->error) && (job->encoder = encoder_create(call->error));
+    if (fine && count >= MOST_JOBS)
+        fine = session_fail(call->error, PEL_ERROR_ARGUMENT, "%d pictures are waiting to be drawn; wait, or cancel them", count);
+    if (!fine) {
+        job_free(s, job);
+        return false;
+    }
+    *last = job;
+    session_tell_progress(s, job->what, 0);
+    return true;
+}
+
+/* A picture beyond the machine's memory would be given by the operating system, and end the program halfway. */
+static bool check_memory(const int size[2], struct pel_error *error)
+{
+    double bytes = (double)size[0] * size[1] * (2 * 4 * sizeof(float) + 8), memory = (double)sysconf(_SC_PHYS_PAGES) * (double)sysconf(_SC_PAGESIZE);
+    return bytes <= 0.5 * memory || session_fail(error, PEL_ERROR_MEMORY, "size: a picture of %dx%d needs %.1f GB; this machine has %.1f GB", size[0], size[1],
+                                                 bytes / 1e9, memory / 1e9);
+}
+
+static struct session_job *job_new(struct call *call, const char *what)
+{
+    struct session_job *job = calloc(1, sizeof *job);
+    if (job)
+        *job = (struct session_job) { .what = what, .background = true, .frames = 1 };
+    else
+        session_fail(call->error, PEL_ERROR_MEMORY, "no memory for another picture");
+    return job;
+}
+
+bool run_picture(struct call *call)
+{
+    int size[2];
+    const json_t *background = json_object_get(call->json, "background");
+    if (!call_size(call, "size", SESSION_MOST_PICTURE_PIXELS, SESSION_MOST_PICTURE_PIXELS, size))
+        return false;
+    if (size[0] > PEL_IMAGE_MAX || size[1] > PEL_IMAGE_MAX)
+        return session_fail(call->error, PEL_ERROR_ARGUMENT, "size: a side is longer than %d pixels", PEL_IMAGE_MAX);
+    if (background && !json_is_boolean(background))
+        return session_fail(call->error, PEL_ERROR_ARGUMENT, "background: it must be true or false");
+    struct session_job *job = check_memory(size, call->error) ? job_new(call, "picture") : NULL;
+    if (!job)
+        return false;
+    memcpy(job->size, size, sizeof size);
+    job->background = !background || json_is_true(background);
+    return add(call, job);
+}
+
+bool run_movie(struct call *call)
+{
+    int size[2];
+    double frames, degrees = 360;
+    if (!call_size(call, "size", SESSION_MOST_SIDE, MOST_MOVIE_PIXELS, size) || !call_number(call, "frames", 2, 3600, &frames) ||
+        (call_has(call, "degrees") && !call_number(call, "degrees", -36000, 36000, &degrees)))
+        return false;
+    struct session_job *job = job_new(call, "movie");
+    if (!job)
+        return false;
+    memcpy(job->size, size, sizeof size);
+    job->frames = (int)frames;
+    job->degrees = degrees;
+    return add(call, job);
+}
+
+bool run_cancel(struct call *call)
+{
+    struct session *s = call->session;
+    for (struct session_job *job = s->jobs; job; job = job->next)
+        job->cancelled = true;
+    session_open_cancel(s);
+    session_interrupt(s);
+    return true;
+}
+
+/* ---- a step ---- */
+
+static bool begin_movie(struct session_job *job, struct pel_error *error)
+{
+    WebPAnimEncoderOptions options;
+    if (!WebPAnimEncoderOptionsInit(&options))
+        return session_fail(error, PEL_ERROR_UNSUPPORTED, "movie: libwebp is of another version than its headers");
+    options.kmin = 9;
+    options.kmax = 17;
+    job->movie = WebPAnimEncoderNew(job->size[0], job->size[1], &options);
+    return job->movie || session_fail(error, PEL_ERROR_MEMORY, "movie: no memory for it");
+}
+
+static bool add_movie_frame(struct session_job *job, struct pel_error *error)
+{
+    const unsigned char *pixels = encoder_pixels(job->encoder, &job->image, job->scene.background, error);
+    WebPConfig config;
+    WebPPicture picture;
+    if (!pixels || (!job->movie && !begin_movie(job, error)))
+        return false;
+    if (!WebPConfigInit(&config) || !WebPPictureInit(&picture))
+        return session_fail(error, PEL_ERROR_UNSUPPORTED, "movie: libwebp is of another version than its headers");
+    config.quality = MOVIE_QUALITY;
+    config.method = 2;
+    picture.use_argb = 1;
+    picture.width = job->size[0];
+    picture.height = job->size[1];
+    bool fine = WebPPictureImportRGBX(&picture, pixels, 4 * job->size[0]) && WebPAnimEncoderAdd(job->movie, &picture, job->done * MOVIE_MS, &config);
+    WebPPictureFree(&picture);
+    return fine || session_fail(error, PEL_ERROR_MEMORY, "movie: %.200s", WebPAnimEncoderGetError(job->movie));
+}
+
+/* The job's file; -1 on failure. */
+static int finish_file(struct session_job *job, struct pel_error *error)
+{
+    const void *bytes = NULL;
+    size_t size = 0;
+    WebPData data;
+    bool fine, movie = job->movie;
+    WebPDataInit(&data);
+    if (movie) {
+        fine = (WebPAnimEncoderAdd(job->movie, NULL, job->frames * MOVIE_MS, NULL) && WebPAnimEncoderAssemble(job->movie, &data)) ||
+               session_fail(error, PEL_ERROR_MEMORY, "movie: %.200s", WebPAnimEncoderGetError(job->movie));
+        bytes = data.bytes;
+        size = data.size;
+    } else {
+        fine = encode_png(job->encoder, &job->image, job->background ? job->scene.background : NULL,
+                          (double)job->size[0] * job->size[1] <= SMALL_PIXELS, &bytes, &size, error);
+    }
+    int fd = fine ? download_file(error) : -1;
+    if (fd >= 0 && !download_write(fd, bytes, size, error)) {
+        close(fd);
+        fd = -1;
+    }
+    WebPDataClear(&data);
+    return fd;
+}
+
+static void finish_job(struct session *s, struct session_job *job, int fd, const char *failure)
+{
+    const struct call call = { .name = job->what, .has_id = job->has_id, .id = job->id };
+    bool movie = strcmp(job->what, "movie") == 0;
+    pthread_mutex_lock(&s->lock);
+    for (struct session_job **at = &s->jobs; *at; at = &(*at)->next)
+        if (*at == job) {
+            *at = job->next;
+            break;
+        }
+    session_tell_progress(s, job->what, 1);
+    if (fd >= 0)
+        session_offer(s, job->client, fd, movie ? "turn.webp" : "picture.png", movie ? "image/webp" : "image/png", &call);
+    else
+        session_tell_error(s, job->client, failure, &call);
+    job_free(s, job);
+    pthread_mutex_unlock(&s->lock);
+}
+
+static void aim(struct session_job *job, struct pel_scene *scene)
+{
+    *scene = job->scene;
+    if (job->frames > 1) {
+        scene->render.refine = 0;
+        pel_camera_azimuth(&scene->camera, job->degrees * job->done / job->frames);
+    }
+}
+
+/* One draw; `whole`: a frame of it is finished. */
+static bool draw(struct session_job *job, struct pel_renderer *renderer, bool *whole, struct pel_error *error)
+{
+    const char *technique = job->scene.technique.name[0] ? job->scene.technique.name : NULL;
+    struct pel_scene scene;
+    aim(job, &scene);
+    if (!pel_image_allocate(&job->image, job->size[0], job->size[1], false, error) ||
+        !session_take_options(renderer, &scene, technique ? technique : "raycast", error) ||
+        !pel_renderer_draw(renderer, &scene, technique, &job->image, error))
+        return false;
+    *whole = pel_renderer_finished(renderer);
+    return true;
+}
+
+void session_job_step(struct session *s, struct pel_renderer *renderer)
+{
+    struct pel_error error = PEL_ERROR_INIT;
+    bool whole = false;
+    pthread_mutex_lock(&s->lock);
+    struct session_job *job = s->jobs;
+    bool cancelled = job->cancelled, foreign = job->volume != s->volume;
+    pthread_mutex_unlock(&s->lock);
+    if (cancelled) {
+        finish_job(s, job, -1, "cancelled");
+        return;
+    }
+    if (foreign) /* another file was opened meanwhile */
+        pel_renderer_invalidate(renderer);
+    bool fine = draw(job, renderer, &whole, &error);
+    if (foreign)
+        pel_renderer_invalidate(renderer);
+    if (!fine && error.code == PEL_ERROR_CANCELLED)
+        return; /* what came instead is more urgent */
+    if (fine && whole && job->frames > 1)
+        fine = add_movie_frame(job, &error);
+    if (!fine) {
+        finish_job(s, job, -1, error.message);
+        return;
+    }
+    job->done += whole;
+    job->draws++;
+    if (job->done == job->frames) {
+        int fd = finish_file(job, &error);
+        finish_job(s, job, fd, error.message);
+        return;
+    }
+    int draws = job->frames > 1 ? job->frames : 1 + job->scene.render.refine;
+    pthread_mutex_lock(&s->lock);
+    session_tell_progress(s, job->what, 0.999 * job->draws / (draws > job->draws ? draws : job->draws));
+    pthread_mutex_unlock(&s->lock);
+}

@@ -1,0 +1,297 @@
+/* SPDX-License-Identifier: MIT */
+/* Files are read by a thread of their own, so that what is open can be turned meanwhile. The scene and volume that it made take the place of
+ * the old ones in one step; the histogram is counted after that, for the picture does not wait for it. */
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+#include "record.h"
+#include "session_inside.h"
+
+struct session_opening {
+    struct session *session;
+    char *path, *array, *scene; /* owned; path NULL: params.open */
+    int direction;
+    atomic_bool cancel;
+    double told_ms;
+};
+
+static void opening_free(struct session_opening *o)
+{
+    free(o->path);
+    free(o->array);
+    free(o->scene);
+    free(o);
+}
+
+void session_volume_release(struct session *s, struct session_volume *volume)
+{
+    (void)s;
+    if (--volume->users > 0)
+        return;
+    pel_volume_finish(&volume->volume);
+    json_decref(volume->histogram);
+    free(volume);
+}
+
+static bool report(void *user, double fraction)
+{
+    struct session_opening *o = user;
+    double now = session_now();
+    if (now - o->told_ms > 100) {
+        o->told_ms = now;
+        pthread_mutex_lock(&o->session->lock);
+        session_tell_progress(o->session, "open", fraction);
+        pthread_mutex_unlock(&o->session->lock);
+    }
+    return !atomic_load(&o->cancel);
+}
+
+/* ---- reading ---- */
+
+static bool has_ending(const char *path, const char *ending)
+{
+    size_t length = strlen(path), tail = strlen(ending);
+    return length > tail && strcmp(path + length - tail, ending) == 0;
+}
+
+static bool read_samples(struct session_opened *out, const struct pel_progress *progress, struct pel_error *error)
+{
+    const struct pel_source *source = &out->scene.source;
+    struct pel_read_params params = { source->array[0] ? source->array : NULL, source->raw[0] ? source->raw : NULL, *progress };
+    struct pel_volume magnitude;
+    if (!pel_read_volume(source->path, &params, &out->volume, &out->info, error))
+        return false;
+    if (out->volume.components > 1) {
+        pel_volume_init(&magnitude);
+        bool fine = pel_volume_magnitude(&out->volume, &magnitude, error);
+        pel_volume_finish(&out->volume);
+        if (!fine)
+            return false;
+        out->volume = magnitude;
+    }
+    pel_source_apply(source, &out->volume);
+    return true;
+}
+
+static bool find_source(const struct session_opening *o, struct session_opened *out, struct pel_scene_parts *has, struct pel_error *error)
+{
+    struct pel_scene *scene = &out->scene;
+    bool scene_file = o->path && has_ending(o->path, ".json");
+    if (o->scene || !o->path) {
+        *has = (struct pel_scene_parts) { true, true, true, true, true, true, true };
+        return true;
+    }
+    scene->render.refine = SESSION_REFINE;
+    if (scene_file && !pel_read_scene(o->path, scene, has, error))
+        return false;
+    if (!scene_file)
+        snprintf(scene->source.path, sizeof scene->source.path, "%s", o->path);
+    if (o->array)
+        snprintf(scene->source.array, sizeof scene->source.array, "%s", o->array);
+    if (!session_may_open(o->session, scene->source.path))
+        return session_fail(error, PEL_ERROR_ARGUMENT, "%.300s: it is not below the folders that may be opened", scene->source.path);
+    return true;
+}
+
+/* A volume file with all that makes a scene chosen, or a scene file and its volume, or the scene of a snapshot. */
+static bool open_path(const struct session_opening *o, struct session_opened *out, const struct pel_progress *progress, struct pel_error *error)
+{
+    struct pel_scene_parts has = { 0 };
+    pel_volume_init(&out->volume);
+    if (o->scene ? !session_scene_from_snapshot(o->scene, NULL, &out->scene, error) : !pel_scene_init(&out->scene, error))
+        return false;
+    struct pel_scene *scene = &out->scene;
+    if (!find_source(o, out, &has, error) || !read_samples(out, progress, error))
+        goto failed;
+    scene->volume = &out->volume;
+    const struct pel_scene_parts missing = {
+        .colors = !has.colors,
+        .opacities = !has.opacities,
+        .unit_distance = !has.unit_distance,
+        .camera = !has.camera,
+        .isosurfaces = !has.isosurfaces && scene->render.mode == PEL_MODE_ISOSURFACE,
+        .slice = !has.slice,
+    };
+    out->fit_camera = missing.camera;
+    if (pel_scene_choose(scene, &missing, 1, 1, error) && pel_scene_check(scene, error))
+        return true;
+failed:
+    pel_scene_finish(scene);
+    pel_volume_finish(&out->volume);
+    return false;
+}
+
+bool session_open_snapshot(const char *text, struct session_opened *opened, const struct pel_progress *progress, struct pel_error *error)
+{
+    struct session_opening o = { .scene = (char *)text };
+    return open_path(&o, opened, progress, error);
+}
+
+/* ---- taking over ---- */
+
+/* A scene file or snapshot may name a technique that cannot draw here: then the usual one does. */
+static void drop_impossible_technique(const struct session *s, struct pel_scene *scene)
+{
+    const struct pel_technique_info *technique = pel_technique_find(scene->technique.name);
+    if (!pel_renderer_take_technique(NULL, &scene->technique, NULL) || (!s->device && technique && !(technique->engines & PEL_ENGINE_CPU)))
+        scene->technique = (struct pel_technique_choice) { .name = "" };
+}
+
+static void adopt(struct session_opening *o, struct session_opened *opened, struct session_volume *volume, char *before)
+{
+    struct session *s = o->session;
+    struct pel_scene *scene = &opened->scene;
+    char *real = realpath(scene->source.path, NULL);
+    if (real && strlen(real) < sizeof scene->source.path)
+        strcpy(scene->source.path, real); /* the scene may be saved and opened elsewhere */
+    free(real);
+    if (opened->device)
+        s->device = opened->device;
+    drop_impossible_technique(s, scene);
+    volume->users = 1;
+    volume->volume = opened->volume;
+    volume->info = opened->info;
+    scene->volume = &volume->volume;
+    if (before)
+        history_push(&s->history, 0, 0, before);
+    if (s->volume)
+        session_volume_release(s, s->volume);
+    pel_scene_finish(&s->scene);
+    s->volume = volume;
+    s->scene = *scene;
+    s->start_fitted = opened->fit_camera;
+    if (s->start_fitted)
+        session_fit_camera(s, &s->scene.camera);
+    s->start = s->scene.camera;
+    s->slices.on = false;
+    session_changed(s, false);
+    session_tell_volume(s, 0);
+    s->state_dirty = true;
+}
+
+static json_t *count(const struct pel_volume *volume)
+{
+    enum { BINS = 512 };
+    struct pel_histogram h;
+    double lo = volume->range[0], hi = volume->range[1];
+    size_t bins = BINS;
+    if (!(lo <= hi))
+        return NULL;
+    if (volume->type != PEL_F32 && volume->type != PEL_F64 && hi - lo < BINS) {
+        bins = (size_t)(hi - lo) + 1; /* a bin a value */
+        lo -= 0.5;
+        hi += 0.5;
+    } else if (lo == hi) {
+        hi = lo + 1;
+    }
+    if (!pel_histogram_init(&h, volume, lo, hi, bins, false, NULL))
+        return NULL;
+    json_t *counts = json_array();
+    for (size_t i = 0; i < h.count; i++)
+        json_array_append_new(counts, json_integer((json_int_t)h.bins[i]));
+    pel_histogram_finish(&h);
+    return json_pack("{s:f, s:f, s:o}", "lo", lo, "hi", hi, "counts", counts);
+}
+
+static void count_histogram(struct session *s, struct session_volume *volume)
+{
+    json_t *histogram = count(&volume->volume);
+    pthread_mutex_lock(&s->lock);
+    volume->histogram = histogram;
+    if (s->volume == volume && histogram)
+        session_tell_volume(s, 0);
+    session_volume_release(s, volume);
+    pthread_mutex_unlock(&s->lock);
+}
+
+static void failed(struct session_opening *o, const struct pel_error *error)
+{
+    struct session *s = o->session;
+    const struct call call = { .name = "open" };
+    session_tell_progress(s, "open", 1);
+    session_tell_error(s, 0, error->message, &call);
+    if (o->direction) {
+        session_history_back(s, o->direction, o->scene);
+        o->scene = NULL;
+    }
+    s->failed |= !o->path;
+}
+
+static void *run(void *user)
+{
+    struct session_opening *o = user;
+    struct session *s = o->session;
+    struct session_opened opened = { .fit_camera = false };
+    struct pel_error error = PEL_ERROR_INIT;
+    const struct pel_progress progress = { report, o };
+    struct session_volume *volume = calloc(1, sizeof *volume);
+    bool fine = volume ? o->path || o->scene ? open_path(o, &opened, &progress, &error) : s->params.open(s->params.open_user, &opened, &progress, &error)
+                       : session_fail(&error, PEL_ERROR_MEMORY, "no memory for a volume");
+    pthread_mutex_lock(&s->lock);
+    if (fine) {
+        char *before = s->volume && !o->direction ? pel_scene_to_text(&s->scene, NULL, NULL) : NULL;
+        adopt(o, &opened, volume, before);
+        if (s->params.record && !o->path)
+            record_scene(s->params.record, &s->scene, s->start_fitted);
+        session_tell_progress(s, "open", 1);
+        volume->users++; /* until its histogram is counted */
+    } else {
+        free(volume);
+        failed(o, &error);
+    }
+    s->opening = NULL;
+    pthread_cond_broadcast(&s->settled);
+    pthread_cond_signal(&s->wake);
+    pthread_mutex_unlock(&s->lock);
+    opening_free(o);
+    if (fine)
+        count_histogram(s, volume);
+    pthread_mutex_lock(&s->lock);
+    s->readers--;
+    pthread_cond_broadcast(&s->settled);
+    pthread_mutex_unlock(&s->lock);
+    return NULL;
+}
+
+bool session_open(struct session *s, const char *path, const char *array, char *scene, int direction, struct pel_error *error)
+{
+    pthread_attr_t detached;
+    pthread_t thread;
+    struct session_opening *o = calloc(1, sizeof *o);
+    bool fine = o && (!path || (o->path = strdup(path))) && (!array || !array[0] || (o->array = strdup(array)));
+    if (!fine || s->opening) {
+        if (o)
+            opening_free(o);
+        if (direction)
+            session_history_back(s, direction, scene);
+        return s->opening ? session_fail(error, PEL_ERROR_ARGUMENT, "a file is being read already; wait for it, or cancel it")
+                          : session_fail(error, PEL_ERROR_MEMORY, "no memory to open a file");
+    }
+    o->session = s;
+    o->scene = scene;
+    o->direction = direction;
+    pthread_attr_init(&detached);
+    pthread_attr_setdetachstate(&detached, PTHREAD_CREATE_DETACHED);
+    fine = pthread_create(&thread, &detached, run, o) == 0;
+    pthread_attr_destroy(&detached);
+    if (fine) {
+        s->opening = o; /* the thread waits for the lock before it takes this back */
+        s->readers++;
+        return true;
+    }
+    session_fail(error, PEL_ERROR_MEMORY, "no thread can be started");
+    if (direction) {
+        session_history_back(s, direction, o->scene);
+        o->scene = NULL;
+    }
+    opening_free(o);
+    return false;
+}
+
+void session_open_cancel(struct session *s)
+{
+    if (s->opening)
+        atomic_store(&s->opening->cancel, true);
+}

@@ -1,0 +1,108 @@
+/* SPDX-License-Identifier: MIT */
+#include "record.h"
+
+#include <errno.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "session_inside.h"
+
+bool record_begin(FILE *file, char *const *files, struct pel_error *error)
+{
+    json_t *list = json_array();
+    for (int i = 0; files && files[i]; i++)
+        json_array_append_new(list, json_string(files[i]));
+    json_t *line = json_pack("{s:i, s:o}", "pellucid-recording", 1, "files", list);
+    bool ok = line && json_dumpf(line, file, JSON_COMPACT) == 0 && fputc('\n', file) != EOF && fflush(file) == 0;
+    json_decref(line);
+    return ok || session_fail(error, PEL_ERROR_IO, "the recording cannot be written: %s", strerror(errno));
+}
+
+void record_command(FILE *file, double at_ms, int client, const json_t *command)
+{
+    fprintf(file, "{\"at_ms\": %.3f, \"client\": %d, \"command\": ", at_ms, client);
+    json_dumpf(command, file, JSON_COMPACT | JSON_REAL_PRECISION(17));
+    fputs("}\n", file);
+    fflush(file);
+}
+
+void record_scene(FILE *file, const struct pel_scene *scene, bool fitted)
+{
+    char *text = pel_scene_to_text(scene, NULL, NULL);
+    json_t *json = text ? json_loads(text, 0, NULL) : NULL, *line = json_pack("{s:o, s:b}", "scene", json, "fitted", (int)fitted);
+    if (line) {
+        json_dumpf(line, file, JSON_COMPACT | JSON_REAL_PRECISION(17));
+        fputc('\n', file);
+        fflush(file);
+    }
+    json_decref(line);
+    free(text);
+}
+
+static bool add_command(struct recording *r, const json_t *line, struct pel_error *error)
+{
+    json_t *command = json_object_get(line, "command"), *at = json_object_get(line, "at_ms"), *who = json_object_get(line, "client");
+    if (!json_is_object(command) || !json_is_number(at) || !json_is_integer(who) || json_integer_value(who) < 1 || json_integer_value(who) > 1 << 30)
+        return session_fail(error, PEL_ERROR_FORMAT, "it is no command: it needs at_ms, client and command");
+    if ((r->count & (r->count - 1)) == 0) {
+        struct recorded *larger = realloc(r->commands, (r->count ? 2 * r->count : 1) * sizeof *larger);
+        if (!larger)
+            return session_fail(error, PEL_ERROR_MEMORY, "no memory for the recording");
+        r->commands = larger;
+    }
+    r->commands[r->count++] = (struct recorded) { json_number_value(at), (int)json_integer_value(who), json_incref(command) };
+    return true;
+}
+
+static bool add_line(struct recording *r, const json_t *line, bool first, struct pel_error *error)
+{
+    const json_t *scene = json_object_get(line, "scene");
+    if (first)
+        return json_integer_value(json_object_get(line, "pellucid-recording")) == 1 ||
+               session_fail(error, PEL_ERROR_FORMAT, "it is no recording of version 1 of `pellucid view --record`");
+    if (!scene)
+        return add_command(r, line, error);
+    if (r->scene)
+        return session_fail(error, PEL_ERROR_FORMAT, "a second scene to begin with");
+    r->scene = json_dumps(scene, JSON_COMPACT | JSON_REAL_PRECISION(17));
+    r->fitted = json_is_true(json_object_get(line, "fitted"));
+    return r->scene || session_fail(error, PEL_ERROR_MEMORY, "no memory for the scene");
+}
+
+bool recording_read(const char *path, struct recording *recording, struct pel_error *error)
+{
+    FILE *file = fopen(path, "r");
+    char *text = NULL;
+    size_t room = 0, number = 0;
+    ssize_t length;
+    bool fine = true;
+    *recording = (struct recording) { .scene = NULL };
+    if (!file)
+        return session_fail(error, PEL_ERROR_IO, "%.300s: %s", path, strerror(errno));
+    while (fine && (length = getline(&text, &room, file)) > 0) {
+        struct pel_error why = PEL_ERROR_INIT;
+        json_error_t e;
+        json_t *line = json_loadb(text, (size_t)length, JSON_REJECT_DUPLICATES, &e);
+        fine = line ? add_line(recording, line, number == 0, &why) : session_fail(&why, PEL_ERROR_FORMAT, "no JSON: %.160s", e.text);
+        json_decref(line);
+        number++;
+        if (!fine)
+            session_fail(error, why.code, "%.200s: line %zu: %.250s", path, number, why.message);
+    }
+    if (fine && number == 0)
+        fine = session_fail(error, PEL_ERROR_FORMAT, "%.300s: it is empty", path);
+    free(text);
+    fclose(file);
+    if (!fine)
+        recording_finish(recording);
+    return fine;
+}
+
+void recording_finish(struct recording *recording)
+{
+    free(recording->scene);
+    for (size_t i = 0; i < recording->count; i++)
+        json_decref(recording->commands[i].command);
+    free(recording->commands);
+    *recording = (struct recording) { .scene = NULL };
+}

@@ -1,0 +1,34 @@
+/* SPDX-License-Identifier: MIT */
+/* Recordings: a line of JSON a command, so that a session can be replayed. */
+#ifndef VIEWER_RECORD_H
+#define VIEWER_RECORD_H
+
+#include <stdio.h>
+
+#include <jansson.h>
+
+#include <pellucid/scene.h>
+
+/* The first line; `files` ends with NULL. */
+bool record_begin(FILE *file, char *const *files, struct pel_error *error);
+/* A command, before it is run, so that one that ends the program is in the file. */
+void record_command(FILE *file, double at_ms, int client, const json_t *command);
+
+/* The scene that the first file gave, with all that flags said of it; `fitted`: its camera is to be fitted to the first client's picture. */
+void record_scene(FILE *file, const struct pel_scene *scene, bool fitted);
+
+/* A recording, whole. */
+struct recording {
+    char *scene; /* owned; text of the scene to begin with, or NULL where the session began without a file */
+    bool fitted;
+    size_t count;
+    struct recorded {
+        double at_ms;
+        int client;
+        json_t *command; /* owned */
+    } *commands; /* owned */
+};
+bool recording_read(const char *path, struct recording *recording, struct pel_error *error);
+void recording_finish(struct recording *recording); /* accepts a zeroed one */
+
+#endif

@@ -1,0 +1,214 @@
+/* SPDX-License-Identifier: MIT */
+/* What the session's files share. All of struct session is under its lock, but for what says otherwise. */
+#ifndef VIEWER_SESSION_INSIDE_H
+#define VIEWER_SESSION_INSIDE_H
+
+#include <pthread.h>
+#include <stdatomic.h>
+
+#include "downloads.h"
+#include "encode.h"
+#include "history.h"
+#include "pace.h"
+#include "session.h"
+
+/* A volume and what is told of it. The scene holds one, and whoever draws it or counts it while another is opened. */
+struct session_volume {
+    int users;
+    struct pel_volume volume;
+    struct pel_file_info info;
+    json_t *histogram; /* NULL until it is counted */
+};
+
+struct session_client {
+    int number; /* 0: a free place */
+    bool greeted, held;
+    int64_t id; /* of its last command, -1 before the first */
+};
+
+/* What `slices` asked for. */
+struct session_slices {
+    bool on, windowed;
+    double at[3], window[2];
+    int size[2];
+};
+
+enum { SESSION_CHANGED = 1, SESSION_ENDS = 2 }; /* of session.abort */
+
+struct session_job; /* jobs.c: a picture or movie under way */
+struct session_opening; /* opening.c: a file being read */
+
+struct session {
+    struct session_params params;
+    pthread_mutex_t lock;
+    pthread_cond_t wake;    /* there may be something to draw */
+    pthread_cond_t settled; /* something is done */
+    pthread_t drawer;
+    bool quit, failed; /* failed: the first file could not be opened */
+    atomic_int abort;  /* the drawing under way is no longer wanted: SESSION_CHANGED, or SESSION_ENDS */
+    int readers;       /* threads of opening.c */
+    double started_ms;
+    char **paths; /* real paths that may be opened; NULL at the end */
+
+    struct pel_scene scene; /* scene.volume is NULL before the first file is read */
+    struct session_volume *volume;
+    struct pel_device *device;
+    struct pel_camera start; /* what `reset` goes back to */
+    bool start_fitted;
+    int size[2];
+    struct session_client clients[SESSION_MOST_CLIENTS];
+    bool greeted; /* any client ever said hello: the size is no guess */
+    struct history history;
+
+    uint64_t revision;        /* counts changes of the picture */
+    bool camera_only;         /* the changes since the last frame moved the camera alone */
+    double changed_ms;        /* when it last changed */
+    bool release;             /* a hand went up: full quality at once */
+    bool state_dirty;
+    uint64_t frames;          /* sent; the drawing thread's alone */
+    uint64_t shown, full, refined; /* revisions drawn, drawn in full quality, and finished */
+    struct session_slices slices;
+    uint64_t slices_revision, slices_shown;
+    bool slices_moving;       /* what was shown last was drawn under a hand */
+    struct session_job *jobs;
+    struct session_opening *opening;
+    struct downloads downloads;
+};
+
+double session_now(void); /* milliseconds of a clock that never jumps */
+
+/* Sets an error; always false. */
+bool session_fail(struct pel_error *error, enum pel_error_code code, const char *format, ...) __attribute__((format(printf, 3, 4)));
+
+/* ---- events.c ---- */
+
+/* Sends and frees an event; `call` (nullable) gives it its `id`. */
+struct call;
+void session_tell(struct session *session, int client, json_t *event, const struct call *call);
+void session_tell_error(struct session *session, int client, const char *message, const struct call *call);
+void session_tell_volume(struct session *session, int client);
+void session_tell_state(struct session *session, int client);
+void session_tell_progress(struct session *session, const char *what, double done);
+void session_tell_hello(struct session *session, int client, const struct call *call);
+/* Offers a file (taken over) for download. `call` is nullable. */
+void session_offer(struct session *session, int client, int fd, const char *name, const char *type, const struct call *call);
+json_t *session_numbers(const double *values, size_t count);
+json_t *session_camera_json(const struct pel_camera *camera);
+
+/* ---- drawing.c ---- */
+
+void *session_draw(void *session); /* the thread */
+bool session_held(const struct session *session);
+/* The picture changed. */
+void session_changed(struct session *session, bool camera_only);
+/* What is being drawn is not to be waited for. */
+void session_interrupt(struct session *session);
+
+/* ---- opening.c ---- */
+
+/* Starts to read `path` (NULL: what params.open gives); `scene` (owned, nullable) is text of a scene to be taken over then, as undo (direction
+ * -1) and redo (1) do; 0: a step of its own. */
+bool session_open(struct session *session, const char *path, const char *array, char *scene, int direction, struct pel_error *error);
+void session_open_cancel(struct session *session);
+void session_volume_release(struct session *session, struct session_volume *volume);
+
+/* ---- session_commands.c ---- */
+
+/* One command on its way. */
+struct call {
+    struct session *session;
+    struct session_client *client;
+    const json_t *json;
+    const char *name;
+    bool has_id;
+    int64_t id, gesture; /* gesture: 0 where there is none */
+    struct pel_error *error;
+};
+
+/* Reading of its keys; refusals name the key. */
+bool call_numbers(const struct call *call, const char *key, size_t count, double *out);
+bool call_number(const struct call *call, const char *key, double least, double most, double *out);
+bool call_size(const struct call *call, const char *key, double most_side, double most_pixels, int size[2]);
+const char *call_text(const struct call *call, const char *key, size_t most); /* NULL: refused */
+bool call_has(const struct call *call, const char *key); /* there, and not null */
+
+/* Takes over a changed scene (its transfer function, too) where it can be drawn. On failure nothing changes; `changed` is finished either way. */
+bool session_take_scene(struct session *session, struct pel_scene *changed, struct pel_error *error);
+/* A copy to change, to be given to session_take_scene. */
+bool session_copy_scene(const struct session *session, struct pel_scene *copy, struct pel_error *error);
+
+/* The scene of a snapshot, to be finished; what the snapshot does not say is empty. */
+bool session_scene_from_snapshot(const char *text, const struct pel_volume *volume, struct pel_scene *scene, struct pel_error *error);
+/* A step of undo (-1) or redo (1) that gave `text` (owned) could not be taken. */
+void session_history_back(struct session *session, int direction, char *text);
+
+/* ---- moves.c: of the camera ---- */
+bool run_rotate(struct call *call);
+bool run_pan(struct call *call);
+bool run_zoom(struct call *call);
+bool run_roll(struct call *call);
+bool run_view(struct call *call);
+bool run_reset(struct call *call);
+bool run_focus(struct call *call);
+void session_fit_camera(struct session *session, struct pel_camera *camera);
+
+/* ---- edits.c: of the scene ---- */
+bool run_set(struct call *call);
+bool run_automatic(struct call *call);
+bool run_colormap(struct call *call);
+bool run_import(struct call *call);
+bool run_export(struct call *call);
+bool run_scene(struct call *call);
+bool run_undo(struct call *call);
+bool run_redo(struct call *call);
+
+/* ---- slices.c ---- */
+bool run_slices(struct call *call);
+bool session_slices_due(const struct session *session);
+/* Draws the slices that were asked for and sends them; called without the lock. `*drawer` starts as NULL. */
+struct slices_drawer;
+struct frame_facts;
+void session_slices_draw(struct session *session, struct slices_drawer **drawer, struct encoder *encoder, const struct session_slices *asked,
+                         const struct frame_facts *facts);
+void session_slices_finish(struct slices_drawer *drawer);
+
+/* ---- probe.c ---- */
+bool run_probe(struct call *call);
+bool session_pick(struct call *call, double opacity, struct pel_pick *pick);
+
+/* ---- jobs.c ---- */
+bool run_picture(struct call *call);
+bool run_movie(struct call *call);
+bool run_cancel(struct call *call);
+/* A step of the oldest job: called without the lock by the thread that draws. */
+void session_job_step(struct session *session, struct pel_renderer *renderer);
+void session_jobs_finish(struct session *session);
+
+/* ---- folders.c ---- */
+
+/* session_may_open, with the lock held. */
+bool session_path_allowed(const struct session *session, const char *path);
+bool run_list(struct call *call);
+bool run_open(struct call *call);
+
+/* ---- frames: drawing.c ---- */
+
+/* Encodes and sends a picture. Called without the lock. */
+struct frame_facts {
+    const char *view, *quality;
+    int of[2];
+    uint64_t revision;
+    double draw_ms;
+    bool lossless;
+    const struct pel_scene *scene;
+    const struct pel_frame_stats *stats;
+    int64_t ids[SESSION_MOST_CLIENTS];
+    int clients[SESSION_MOST_CLIENTS], client_count;
+};
+void session_send_frame(struct session *session, struct encoder *encoder, const struct pel_image *image, struct frame_facts *facts);
+/* Notes whose commands the scene has. With the lock held. */
+void session_note_clients(const struct session *session, struct frame_facts *facts);
+/* Gives the renderer the technique's options that the scene names, the others their defaults. */
+bool session_take_options(struct pel_renderer *renderer, const struct pel_scene *scene, const char *technique, struct pel_error *error);
+
+#endif
