@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: MIT */
-/* Makes the pictures of the page in docs/gallery: node tests/web/gallery.mjs PELLUCID SOURCE-ROOT PACKAGES-FOLDER [TARGET-FOLDER] */
+/* Makes the pictures of the page in docs/gallery: node tests/web/gallery.mjs PELLUCID SOURCE-ROOT PACKAGES-FOLDER [TARGET-FOLDER]
+ * What is above 400 kB is kept with a palette of its own: convert IN.png -colors 256 PNG8:OUT.png */
 
 import path from 'node:path';
 import { Face, data, launch, root, sleep, view } from './harness.mjs';

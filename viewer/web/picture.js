@@ -15,6 +15,9 @@ export class Picture extends HTMLElement {
         this.#canvas.setAttribute('aria-hidden', 'true');
         this.prepend(this.#canvas);
         this.#observer.observe(this);
+        /* A browser takes the focus that a hand's press gives for a keyboard's, and would frame the picture. */
+        this.addEventListener('pointerdown', () => this.classList.add('by-hand'), true);
+        for (const kind of ['keydown', 'blur']) this.addEventListener(kind, () => this.classList.remove('by-hand'));
     }
 
     disconnectedCallback() {
