@@ -150,7 +150,9 @@ bool run_roll(struct call *call);
 bool run_view(struct call *call);
 bool run_reset(struct call *call);
 bool run_focus(struct call *call);
-void session_fit_camera(struct session *session, struct pel_camera *camera);
+void session_fit_camera(const struct session *session, struct pel_camera *camera);
+/* Where nobody has moved the camera of the start yet: fits it to the picture's present size. */
+void session_fit_again(struct session *session);
 
 /* ---- edits.c: of the scene ---- */
 bool run_set(struct call *call);

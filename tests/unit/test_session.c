@@ -478,6 +478,61 @@ static void test_reset_and_views(void **state)
     end(&face);
 }
 
+static void read_vector(json_t *camera, const char *key, double out[3])
+{
+    for (size_t i = 0; i < 3; i++)
+        out[i] = json_number_value(json_array_get(json_object_get(camera, key), i));
+}
+
+/* How far from the middle of the picture the box goes: 1 is an edge. */
+static double reach(struct face *face, double aspect)
+{
+    json_t *told = json_object_get(scene(face), "camera"), *bounds = json_object_get(last(face, "volume"), "bounds");
+    struct pel_camera camera = PEL_CAMERA_INIT;
+    double right[3], up[3], forward[3], most = 0;
+    read_vector(told, "camera-position", camera.position);
+    read_vector(told, "camera-focal-point", camera.focal_point);
+    read_vector(told, "camera-view-up", camera.view_up);
+    pel_camera_basis(&camera, right, up, forward);
+    for (int corner = 0; corner < 8; corner++) {
+        double x = 0, y = 0, z = 0;
+        for (int a = 0; a < 3; a++) {
+            double from = json_number_value(json_array_get(bounds, (size_t)(2 * a + (corner >> a & 1)))) - camera.position[a];
+            x += from * right[a];
+            y += from * up[a];
+            z += from * forward[a];
+        }
+        double edge = z * tan(camera.view_angle / 360 * 3.14159265358979);
+        most = fmax(most, fmax(fabs(x) / (edge * aspect), fabs(y) / edge));
+    }
+    return most;
+}
+
+/* Until somebody moves the camera, each size of the picture holds the whole box, and most of the picture is for it. */
+static void test_fit(void **state)
+{
+    (void)state;
+    static const char *const sizes[] = { "[96,64]", "[400,64]", "[64,400]", "[800,600]" };
+    static const double aspects[] = { 1.5, 6.25, 0.16, 4 / 3.0 };
+    struct face face;
+    char text[64];
+    start(&face);
+    for (int i = 0; i < 4; i++) {
+        snprintf(text, sizeof text, "{\"do\":\"size\",\"size\":%s}", sizes[i]);
+        assert_true(say(&face, 1, text));
+        double r = reach(&face, aspects[i]);
+        assert_true(r > 0.8 && r < 0.95);
+    }
+    assert_true(say(&face, 1, "{\"do\":\"zoom\",\"by\":2}"));
+    json_t *moved = json_deep_copy(part(&face, "camera", "camera-position"));
+    assert_true(say(&face, 1, "{\"do\":\"size\",\"size\":[64,400]}"));
+    assert_true(json_equal(moved, part(&face, "camera", "camera-position")));
+    assert_true(say(&face, 1, "{\"do\":\"automatic\",\"what\":\"camera\"}"));
+    assert_true(reach(&face, 0.16) < 0.95);
+    json_decref(moved);
+    end(&face);
+}
+
 /* What lies under a point of the picture stays there when one zooms at it, and comes to the middle as the focal point. */
 static void test_zoom_and_focus_at(void **state)
 {
@@ -686,7 +741,7 @@ int main(void)
         cmocka_unit_test(test_undo),      cmocka_unit_test(test_merging),         cmocka_unit_test(test_reset_and_views),
         cmocka_unit_test(test_zoom_and_focus_at), cmocka_unit_test(test_downloads), cmocka_unit_test(test_cancel),
         cmocka_unit_test(test_open),      cmocka_unit_test(test_replay),          cmocka_unit_test(test_ends_at_any_time),
-        cmocka_unit_test(test_final),
+        cmocka_unit_test(test_final),     cmocka_unit_test(test_fit),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
