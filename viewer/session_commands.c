@@ -160,6 +160,7 @@ static const struct session_command commands[] = {
     { "movie", "size frames degrees ", 0, run_movie },
     { "cancel", "", FREE, run_cancel },
     { "scene", "", 0, run_scene },
+    { "device", "device ", 0, run_device },
     { "list", "path ", FREE, run_list },
     { "open", "path array ", FREE, run_open },
 };
