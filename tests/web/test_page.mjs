@@ -15,7 +15,7 @@ const made = spawnSync(pellucid, ['make', 'hydrogen', '-o', file, '--size', '48'
 assert(made.status === 0, made.stderr);
 const server = await view(file);
 const face = await Face.open(browser, server.address);
-const PANELS = ['transfer', 'surfaces', 'render', 'clip', 'slices', 'measure', 'camera', 'file', 'save'];
+const PANELS = ['transfer', 'surfaces', 'render', 'lights', 'clip', 'slices', 'measure', 'camera', 'file', 'save'];
 
 /** Opens a panel whatever was open. */
 async function open(page, name) {
@@ -80,15 +80,40 @@ test('every control has a name, every option row a control', async () => {
 test('an option is set through its control and follows the session', async () => {
     const { page } = face;
     await open(page, 'render');
-    const before = face.scene.render.shade;
-    await page.click('[data-option="shade"] input');
-    await face.until(() => face.scene.render.shade === !before, 'the session to follow');
+    const before = face.scene.render.skip;
+    await page.click('[data-option="skip"] input');
+    await face.until(() => face.scene.render.skip === !before, 'the session to follow');
     await page.click('#undo');
-    await face.until(() => face.scene.render.shade === before, 'undo');
-    await page.waitForFunction((was) => document.querySelector('[data-option="shade"] input').checked === was, before);
+    await face.until(() => face.scene.render.skip === before, 'undo');
+    await page.waitForFunction((was) => document.querySelector('[data-option="skip"] input').checked === was, before);
     await page.click('.modes [data-mode="mip"]');
     await face.until(() => face.scene.render.mode === 'mip', 'the mode');
     await page.click('#undo');
+});
+
+test('a light is put into the world, turned on its ball, coloured, undone', async () => {
+    const { page } = face,
+        light = () => face.scene.lights[0],
+        start = JSON.stringify(face.scene.lights);
+    await open(page, 'lights');
+    await page.selectOption('#panel-lights .light select', 'world');
+    await face.until(() => light().headlight === false, 'a light in the world');
+    const [x, y] = await face.middle('.light-ball'),
+        from = light().direction;
+    await face.drag([x, y], [x + 30, y], { steps: 4, pause: 16 });
+    await face.until(() => light().direction.join() !== from.join(), 'the light to turn');
+    const camera = face.scene.camera,
+        to = camera['camera-focal-point'].map((f, i) => f - camera['camera-position'][i]);
+    const before = light().direction,
+        facing = (d) => d.reduce((sum, v, i) => sum - v * to[i], 0);
+    assert(facing(before) > 0, 'what is dragged on the ball lies on the side of the eye');
+    await page.locator('.light-ball').focus();
+    await page.keyboard.press('ArrowUp');
+    await face.until(() => light().direction.join() !== before.join(), 'an arrow to turn it');
+    await page.fill('#panel-lights .light input[type=color]', '#ff0000');
+    await face.until(() => light().color.join() === '1,0,0', 'the colour');
+    for (let i = 0; i < 4; i++) await page.keyboard.press('Control+z');
+    await face.until(() => JSON.stringify(face.scene.lights) === start, 'four steps of undo');
 });
 
 test('no panel overflows a phone in portrait', async () => {

@@ -16,6 +16,7 @@ import { connection, picture, wanted } from './begin.js';
 import { cameraPanel } from './camera-panel.js';
 import { clipPanel } from './clip.js';
 import { get, prefer, set, watch } from './store.js';
+import { lightsPanel } from './lights.js';
 import { renderPanel } from './render-panel.js';
 import { stretch } from './transfer-model.js';
 import { statusLine } from './status.js';
@@ -105,6 +106,7 @@ for (const panel of [
     },
     { name: 'surfaces', title: 'Isosurfaces', short: 'Surfaces', icon: 'surface', key: 'I', content: surfacesPanel(app) },
     { name: 'render', title: 'Rendering', short: 'Render', icon: 'render', key: 'E', content: renderPanel(app) },
+    { name: 'lights', title: 'Lights', icon: 'light', key: 'G', content: lightsPanel(app) },
     { name: 'clip', title: 'Clipping', short: 'Clip', icon: 'clip', key: 'C', content: clipPanel(app) },
     { name: 'slices', title: 'Slices', icon: 'slices', key: 'L', content: slicesPanel(app) },
     { name: 'measure', title: 'Probe and measure', short: 'Measure', icon: 'measure', key: 'P', content: measurePanel(app) },

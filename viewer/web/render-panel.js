@@ -14,6 +14,8 @@ const MODES = {
     isosurface: 'Isosurface',
     slice: 'Slice',
 };
+/** Rows of the option table that say what surfaces make of light: they stand with the lights. */
+export const SURFACE_ROWS = ['shade', 'ambient', 'diffuse', 'specular', 'specular-power'];
 const GROUNDS = [
     ['Black', '#000000'],
     ['Dark', '#1b2027'],
@@ -89,12 +91,12 @@ function techniqueSection(app) {
     return box;
 }
 
-/** The groups of the scene's options, but those that have a place elsewhere. */
-export function sceneOptions(app, group, leaveOut = []) {
+/** A group of the scene's options: those whose names `which` takes. */
+export function sceneOptions(app, group, which = () => true) {
     const box = h('div', {});
     let list = null;
     watch(['hello'], () => {
-        const rows = (get('hello')?.options?.[group] ?? []).filter(({ name }) => !leaveOut.includes(name));
+        const rows = (get('hello')?.options?.[group] ?? []).filter(({ name }) => which(name));
         list = optionList(
             rows,
             (scene) => scene?.[group],
@@ -170,7 +172,7 @@ export function renderPanel(app) {
         modeChooser(app),
         techniqueSection(app),
         h('h3', {}, 'Optics'),
-        sceneOptions(app, 'render', ['mode']),
+        sceneOptions(app, 'render', (name) => name !== 'mode' && !SURFACE_ROWS.includes(name)),
         h('h3', {}, 'Picture'),
         background(app),
         linearLight(app),
