@@ -62,6 +62,10 @@ const app = {
         connection.send({ do: 'view', axis: (sign > 0 ? '+' : '-') + axis, gesture: connection.newGesture() });
     },
 
+    measureClick(place) {
+        measureClick(app, place);
+    },
+
     undo() {
         connection.send({ do: 'undo' });
     },
@@ -88,8 +92,8 @@ app.messages = new Messages($('messages'), $('banner'), () => connection.connect
 app.progress = new Progress($('progress'));
 app.probe = new Probe(app);
 app.trackball = new Trackball(picture, connection, {
-    click: (at) => get('tool') === 'measure' && measureClick(app, at),
-    hover: (at) => app.probe.hover(at),
+    click: (at) => get('tool') === 'measure' && app.measureClick({ at }),
+    hover: (at) => app.probe.hover(at && { at }),
 });
 app.overlay = new Overlay(app, picture);
 app.slices = new Slices(app, $('stage'));
@@ -162,7 +166,7 @@ connection.addEventListener('frame', async ({ detail: { header, picture: data } 
 let resizing = 0;
 function resize() {
     clearTimeout(resizing);
-    resizing = setTimeout(() => connection.open && connection.send({ do: 'size', size: wanted() }), RESIZE_MS);
+    resizing = setTimeout(() => connection.open && picture.clientWidth > 0 && connection.send({ do: 'size', size: wanted() }), RESIZE_MS);
 }
 picture.addEventListener('resized', resize);
 let resolution = get('preferences').resolution;

@@ -143,8 +143,11 @@ function linearLight(app) {
     return field('Linear light', control, { help: 'Composite in linear light instead of display values' });
 }
 
+const deviceName = ({ name, kind, threads }) => `${name ?? kind}${threads ? `, ${threads} threads` : ''}`;
+
+/** What draws, and how fine; where the server has one device alone there is nothing to choose. */
 function device(app) {
-    const text = h('span', { class: 'value' });
+    const place = h('div', {});
     const resolution = select(
         [
             ['1', 'every pixel of the screen'],
@@ -154,15 +157,24 @@ function device(app) {
         (part) => prefer({ resolution: part }),
         'Resolution',
     );
-    watch(['hello', 'preferences'], () => {
-        const d = get('hello')?.device;
-        text.textContent = d ? `${d.name ?? d.kind}${d.threads ? `, ${d.threads} threads` : ''}` : '';
-        resolution.update(get('preferences').resolution);
+    watch(['preferences'], () => resolution.update(get('preferences').resolution));
+    watch(['hello', 'device'], () => {
+        const { devices = [], device: first } = get('hello') ?? {},
+            now = get('device') ?? first;
+        if (!now) return;
+        const choice = select(
+            devices.map((d) => [d.name, deviceName(d)]),
+            (name) => app.connection.send({ do: 'device', name }),
+            'Device',
+        );
+        choice.update(now.name);
+        place.replaceChildren(
+            devices.length > 1
+                ? field('Device', choice, { help: 'What draws' })
+                : h('div', { class: 'field' }, h('span', { class: 'label' }, 'Device'), h('span', { class: 'value' }, deviceName(now))),
+        );
     });
-    return [
-        field('Resolution', resolution, { help: 'Of the picture at rest; under the moving hand it follows the time budget' }),
-        h('div', { class: 'field' }, h('span', { class: 'label' }, 'Device'), text),
-    ];
+    return [field('Resolution', resolution, { help: 'Of the picture at rest; under the moving hand it follows the time budget' }), place];
 }
 
 export function renderPanel(app) {
