@@ -106,9 +106,9 @@ static char *header_text(const struct frame_facts *f, const struct session_frame
     char device[256], *text, *whole = NULL;
     snprintf(device, sizeof device, "%s%s%s, %d thread%s", strcmp(stats->device, "cpu") ? stats->device : "CPU", stats->isa ? " " : "",
              stats->isa ? stats->isa : "", stats->threads, stats->threads == 1 ? "" : "s");
-    json_t *json = json_pack("{s:I, s:s, s:s, s:[i, i], s:[i, i], s:s, s:b, s:o, s:s, s:s, s:I, s:I}", "frame", (json_int_t)frame->number, "view", f->view,
-                             "type", f->lossless ? "image/png" : "image/jpeg", "size", image->width, image->height, "of", f->of[0], f->of[1], "quality",
-                             f->quality, "lossless", (int)f->lossless, "camera", session_camera_json(&f->scene->camera), "technique",
+    json_t *json = json_pack("{s:I, s:s, s:s, s:[i, i], s:[i, i], s:s, s:b, s:b, s:o, s:s, s:s, s:I, s:I}", "frame", (json_int_t)frame->number, "view", f->view,
+                             "type", f->final ? "image/png" : "image/jpeg", "size", image->width, image->height, "of", f->of[0], f->of[1], "quality",
+                             f->quality, "lossless", (int)f->final, "final", (int)f->final, "camera", session_camera_json(&f->scene->camera), "technique",
                              stats->technique ? stats->technique : "", "device", device, "samples", (json_int_t)counter(stats, "samples taken"), "averaged",
                              (json_int_t)counter(stats, "frames averaged"));
     text = json_dumps(json, JSON_COMPACT | JSON_REAL_PRECISION(17));
@@ -126,8 +126,8 @@ void session_send_frame(struct session *s, struct encoder *encoder, const struct
 {
     struct pel_error error = PEL_ERROR_INIT;
     double start = session_now();
-    struct session_frame frame = { .view = f->view, .lossless = f->lossless, .client_count = f->client_count };
-    bool fine = f->lossless ? encode_png(encoder, image, f->scene->background, false, &frame.bytes, &frame.size, &error)
+    struct session_frame frame = { .view = f->view, .lossless = f->final, .client_count = f->client_count };
+    bool fine = f->final ? encode_png(encoder, image, f->scene->background, false, &frame.bytes, &frame.size, &error)
                             : encode_jpeg(encoder, image, f->scene->background, strcmp(f->quality, "moving") != 0, &frame.bytes, &frame.size, &error);
     if (!fine) {
         pthread_mutex_lock(&s->lock);
@@ -296,33 +296,30 @@ static bool draw_moving(struct drawer *d, struct frame_facts *f, enum pace_kind 
     return true;
 }
 
-static bool draw_full(struct drawer *d, struct frame_facts *f, struct pel_error *error)
+static bool draw_full(struct drawer *d, struct frame_facts *f, bool *finished, struct pel_error *error)
 {
     double start = session_now();
     if (!pel_image_allocate(&d->full, f->of[0], f->of[1], false, error) || !draw(d, d->technique, &d->full, f, error))
         return false;
     d->full_ms = session_now() - start;
     d->full_pixels = (double)f->of[0] * f->of[1];
-    f->lossless = pel_renderer_finished(d->renderer); /* at once where nothing is refined, or where this was drawn before */
-    f->quality = f->lossless && d->scene.render.refine > 0 ? "refined" : "full";
+    f->final = *finished = pel_renderer_finished(d->renderer); /* at once where nothing is refined, or where this was drawn before */
+    f->quality = f->final && d->scene.render.refine > 0 ? "refined" : "full";
     d->rest = *f;
     d->refined_sent_ms = session_now();
     session_send_frame(d->session, d->encoder, &d->full, f);
     return true;
 }
 
-/* One more frame into the mean of the picture at rest. */
+/* One more frame into the mean of the picture at rest. That it is finished is never noted without the final picture sent. */
 static bool refine(struct drawer *d, struct frame_facts *f, bool *finished, struct pel_error *error)
 {
-    *finished = pel_renderer_finished(d->renderer);
-    if (*finished)
-        return true;
     if (!draw(d, d->technique, &d->full, f, error))
         return false;
     *finished = pel_renderer_finished(d->renderer);
     if (*finished || session_now() - d->refined_sent_ms > REFINED_MS) {
         f->quality = "refined";
-        f->lossless = *finished;
+        f->final = *finished;
         session_send_frame(d->session, d->encoder, &d->full, f);
         d->refined_sent_ms = session_now();
     }
@@ -363,7 +360,9 @@ static void work(struct drawer *d, enum work what, struct frame_facts *f, enum p
     struct pel_error error = PEL_ERROR_INIT;
     bool finished = false;
     slow |= meet(d);
-    bool fine = what == WORK_MOVING ? draw_moving(d, f, kind, slow, &error) : what == WORK_FULL ? draw_full(d, f, &error) : refine(d, f, &finished, &error);
+    bool fine = what == WORK_MOVING ? draw_moving(d, f, kind, slow, &error)
+                : what == WORK_FULL ? draw_full(d, f, &finished, &error)
+                                    : refine(d, f, &finished, &error);
     bool stopped = !fine && error.code == PEL_ERROR_CANCELLED, again = false;
     if (!fine && !stopped && !(again = leave_device(d, &error)))
         tell_failure(d, &error);
@@ -373,7 +372,7 @@ static void work(struct drawer *d, enum work what, struct frame_facts *f, enum p
     s->shown = f->revision;
     if (what != WORK_MOVING)
         s->full = f->revision;
-    if (finished || (!fine && what != WORK_MOVING) || (what == WORK_FULL && d->scene.render.refine == 0))
+    if (finished || (!fine && what != WORK_MOVING))
         s->refined = f->revision;
 }
 
@@ -418,7 +417,7 @@ static void do_next(struct drawer *d, enum work what)
         s->slices_shown = s->slices_revision;
         s->slices_moving = session_held(s);
         f.quality = s->slices_moving ? "moving" : "full";
-        f.lossless = !s->slices_moving;
+        f.final = !s->slices_moving;
     }
     pthread_mutex_unlock(&s->lock);
     if (what == WORK_SLICES) {

@@ -199,7 +199,7 @@ struct frame_facts {
     int of[2];
     uint64_t revision;
     double draw_ms;
-    bool lossless;
+    bool final; /* the last of its view until something changes: sent losslessly */
     const struct pel_scene *scene;
     const struct pel_frame_stats *stats;
     int64_t ids[SESSION_MOST_CLIENTS];

@@ -24,6 +24,8 @@ struct face {
     int64_t id; /* of client 1, in the last main frame */
     void *picture; /* the last lossless main one */
     size_t size;
+    bool final; /* of the last main frame */
+    int finals; /* main frames that said so */
     char views[256]; /* that came */
     bool unwanted;
 };
@@ -37,6 +39,8 @@ static void on_frame(void *user, const struct session_frame *frame)
         strcat(strcat(face->views, " "), frame->view);
     if (strcmp(frame->view, "main") == 0) {
         face->moving += strstr(frame->header, "\"quality\":\"moving\"") != NULL;
+        face->final = strstr(frame->header, "\"final\":true") != NULL;
+        face->finals += face->final;
         for (int i = 0; i < frame->client_count; i++)
             if (frame->clients[i].client == 1)
                 face->id = frame->clients[i].id;
@@ -153,6 +157,7 @@ static void *rest(struct face *face, size_t *size)
     assert_true(session_settle(face->session, true));
     pthread_mutex_lock(&face->lock);
     assert_non_null(face->picture);
+    assert_true(face->final);
     void *copy = malloc(face->size);
     memcpy(copy, face->picture, face->size);
     *size = face->size;
@@ -390,6 +395,34 @@ static void test_undo(void **state)
     json_decref(before);
     free(changed);
     free(picture);
+    end(&face);
+}
+
+/* Each change ends in one picture that says that it is the last, refined or not, and whether it was drawn before or not. */
+static void test_final(void **state)
+{
+    static const char *const changes[] = {
+        "{\"do\":\"rotate\",\"by\":[0.1,0]}",
+        "{\"do\":\"rotate\",\"by\":[0,0]}",
+        "{\"do\":\"set\",\"scene\":{\"render\":{\"refine\":0}}}",
+        "{\"do\":\"rotate\",\"by\":[0,0]}",
+        "{\"do\":\"set\",\"scene\":{\"render\":{\"refine\":5}}}",
+        "{\"do\":\"set\",\"scene\":{\"technique\":{\"name\":\"slices2d\"}}}",
+        "{\"do\":\"undo\"}",
+        "{\"do\":\"size\",\"size\":[64,64]}",
+        "{\"do\":\"hello\",\"size\":[64,64]}",
+    };
+    (void)state;
+    struct face face;
+    start(&face);
+    session_settle(face.session, true);
+    for (size_t i = 0; i < sizeof changes / sizeof *changes; i++) {
+        int before = face.finals;
+        assert_true(say(&face, 1 + (i == 8), changes[i]));
+        assert_true(session_settle(face.session, true));
+        if (!face.final || face.finals != before + 1)
+            fail_msg("%s: %d final pictures", changes[i], face.finals - before);
+    }
     end(&face);
 }
 
@@ -653,6 +686,7 @@ int main(void)
         cmocka_unit_test(test_undo),      cmocka_unit_test(test_merging),         cmocka_unit_test(test_reset_and_views),
         cmocka_unit_test(test_zoom_and_focus_at), cmocka_unit_test(test_downloads), cmocka_unit_test(test_cancel),
         cmocka_unit_test(test_open),      cmocka_unit_test(test_replay),          cmocka_unit_test(test_ends_at_any_time),
+        cmocka_unit_test(test_final),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
