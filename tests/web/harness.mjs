@@ -14,6 +14,8 @@ export const data = process.env.PELLUCID_TEST_DATA || path.join(root, '..', 'sha
 export const sleep = (ms) => new Promise((done) => setTimeout(done, ms));
 
 const BROWSERS = ['/usr/bin/chromium', '/usr/bin/chromium-browser', '/usr/bin/google-chrome'];
+/* Commands after which no other picture comes. */
+const ASKS = ['shown', 'probe', 'slices', 'list', 'picture', 'movie', 'scene', 'export', 'cancel'];
 const tests = [];
 
 export function test(name, run) {
@@ -141,7 +143,7 @@ export class Face {
     /** The last picture of what was sent so far: the server says of it that none comes after it. */
     async rest() {
         await sleep(400); /* what the page merges and puts off is on its way then */
-        const id = Math.max(0, ...this.sent.map((command) => command.id ?? 0));
+        const id = Math.max(0, ...this.sent.filter((command) => !ASKS.includes(command.do)).map((command) => command.id ?? 0));
         const final = () => {
             const last = this.main().at(-1);
             return last?.header.final && last.header.id >= id ? last : null;

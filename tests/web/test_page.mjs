@@ -171,7 +171,7 @@ test('a finger turns the picture', async () => {
     await touch('touchEnd', []);
     await phone.until(() => phone.sent.filter((c) => c.do === 'zoom').reduce((f, c) => f * c.by, 1) > 1.3, 'a pinch to zoom');
     const count = (kind) => phone.sent.filter((c) => c.do === kind).length;
-    await phone.until(() => count('release') === count('hold'), 'as many releases as holds', 5000);
+    await phone.until(() => count('release') === count('hold'), 'as many releases as holds');
     equal(count('hold'), 2, 'holds, one a gesture');
     await phone.close();
 });

@@ -215,13 +215,13 @@ test('the probe tells what is under the pointer, two clicks a distance', async (
     });
     await face.page.mouse.move(...places[0]);
     await face.page.waitForFunction(() => /value [\d.]+ .*voxel/.test(document.querySelector('.status-cursor').textContent), null, {
-        timeout: 15000,
+        timeout: 60000,
     });
     for (const place of places) {
         await face.page.mouse.click(...place);
         await sleep(500);
     }
-    await face.page.waitForSelector('#panel-measure .card:has-text("1: ")', { timeout: 15000 });
+    await face.page.waitForSelector('#panel-measure .card:has-text("1: ")', { timeout: 60000 });
     await face.page.keyboard.press('Escape');
 });
 
@@ -259,7 +259,7 @@ test('a lost connection is told in words', async () => {
     equal(face.complaints.join('\n'), '', 'complaints of the browser before');
     const ended = await server.stop();
     assert(ended === 0 || ended === 130, `the viewer ended with ${ended}`);
-    await face.page.waitForSelector('#banner:not([hidden])', { timeout: 15000 });
+    await face.page.waitForSelector('#banner:not([hidden])', { timeout: 60000 });
     assert(/connection/.test(await face.page.textContent('#banner')), 'the banner speaks of the connection');
 });
 
