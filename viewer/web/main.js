@@ -27,6 +27,7 @@ const RESIZE_MS = 120;
 const $ = (id) => document.getElementById(id);
 
 const edits = new Edits(connection);
+const subjects = new Map();
 const meter = new Meter();
 
 /** What the parts share. */
@@ -58,8 +59,17 @@ const app = {
         app.messages.tell(`Saved ${file.name}.`);
     },
 
+    /** A command about a file of the user: what is wrong with it is told under the file's name. */
+    sendAbout(command, name) {
+        subjects.set(connection.send(command), { name, path: command.path });
+    },
+
     look(axis, sign) {
         connection.send({ do: 'view', axis: (sign > 0 ? '+' : '-') + axis, gesture: connection.newGesture() });
+    },
+
+    showPanel(name) {
+        set({ panel: name });
     },
 
     measureClick(place) {
@@ -129,7 +139,11 @@ const told = {
     hello: (event) => set({ hello: event }),
     volume: (event) => set({ volume: event, cursor: null }),
     state: (event) => edits.state(event),
-    error: (event) => app.messages.error(event.message),
+    error: ({ id, message }) => {
+        const { name, path } = subjects.get(id) ?? {};
+        subjects.delete(id);
+        app.messages.error(!name ? message : path && message.includes(path) ? message.replaceAll(path, name) : `${name}: ${message}`);
+    },
     progress: ({ what, done }) => {
         if (done >= 1) app.progress.hide();
         else
