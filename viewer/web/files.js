@@ -20,7 +20,7 @@ function upload(app, file) {
         event.lengthComputable && app.progress.show(`Sending ${file.name}`, event.loaded / event.total, () => request.abort());
     request.onloadend = () => {
         app.progress.hide();
-        if (request.status === 200 && request.response?.path) app.sendAbout({ do: 'open', path: request.response.path }, file.name);
+        if (request.status === 200 && request.response?.path) app.connection.send({ do: 'open', path: request.response.path });
         else if (request.status)
             app.messages.error(`${file.name}: ${request.response?.error ?? refusal(request.status)}`);
         else app.messages.tell(`${file.name} was not sent.`);

@@ -24,6 +24,8 @@ import { surfacesPanel } from './surfaces-panel.js';
 import { transferPanel } from './transfer-panel.js';
 
 const RESIZE_MS = 120;
+/* The server's own folder of an uploaded file, in a message: the user knows the file by its name. */
+const UPLOADED = /\S*\/pellucid-view-\w+\/\d+\//g;
 const $ = (id) => document.getElementById(id);
 
 const edits = new Edits(connection);
@@ -59,9 +61,9 @@ const app = {
         app.messages.tell(`Saved ${file.name}.`);
     },
 
-    /** A command about a file of the user: what is wrong with it is told under the file's name. */
+    /** A command with the text of a file: what is wrong with it is told under the file's name. */
     sendAbout(command, name) {
-        subjects.set(connection.send(command), { name, path: command.path });
+        subjects.set(connection.send(command), name);
     },
 
     look(axis, sign) {
@@ -140,9 +142,9 @@ const told = {
     volume: (event) => set({ volume: event, cursor: null }),
     state: (event) => edits.state(event),
     error: ({ id, message }) => {
-        const { name, path } = subjects.get(id) ?? {};
-        subjects.delete(id);
-        app.messages.error(!name ? message : path && message.includes(path) ? message.replaceAll(path, name) : `${name}: ${message}`);
+        const name = subjects.get(id);
+        const text = message.replace(UPLOADED, '');
+        app.messages.error(name ? `${name}: ${text}` : text);
     },
     progress: ({ what, done }) => {
         if (done >= 1) app.progress.hide();

@@ -15,7 +15,8 @@ export function updateScaleBar(host, view, picture) {
     const perPixel = (2 * view.halfHeight) / picture.area.height;
     const world = roundStep(Math.min(160, picture.clientWidth / 4) * perPixel);
     const unit = get('volume').units || (get('volume').space === 'unknown' ? 'units' : 'mm');
-    const text = `${short(world)} ${unit}${view.parallel ? '' : ' in the focal plane'}`;
+    const exact = view.parallel || picture.clientWidth < 320; /* no room to say it */
+    const text = `${short(world)} ${unit}${exact ? '' : ' in the focal plane'}`;
     if (!host.children.length) host.append(h('div', { class: 'bar' }), h('div', {}));
     const [bar, label] = host.children;
     bar.style.width = `${(world / perPixel).toFixed(1)}px`;
