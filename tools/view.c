@@ -125,6 +125,8 @@ static bool serve(const struct values *values, struct first *first, char **paths
         .paths = (const char *const *)paths,
         .threads = values->scene.threads,
         .budget_ms = values->budget,
+        .list_devices = true,
+        .gpu_memory = (uint64_t)(values->scene.gpu_memory * 1e6),
         .record = record,
     };
     struct session *session = session_create(&params, error);

@@ -338,16 +338,21 @@ static bool leave_device(struct drawer *d, const struct pel_error *error)
     pthread_mutex_lock(&s->lock);
     pel_device_destroy(s->device);
     s->device = NULL;
+    session_tell_devices(s);
     pthread_mutex_unlock(&s->lock);
     d->renderer = pel_renderer_create(&params, NULL);
     d->drawn = NULL;
     return d->renderer != NULL;
 }
 
+static struct pel_renderer_params renderer_params(struct drawer *d)
+{
+    return (struct pel_renderer_params) { d->session->params.threads, { go_on, d }, d->session->device };
+}
+
 static bool make_renderer(struct drawer *d, struct pel_error *error)
 {
-    struct session *s = d->session;
-    const struct pel_renderer_params params = { s->params.threads, { go_on, d }, s->device };
+    const struct pel_renderer_params params = renderer_params(d);
     if (!d->renderer)
         d->renderer = pel_renderer_create(&params, error);
     return d->renderer != NULL;
@@ -448,6 +453,8 @@ void *session_draw(void *user)
             s->state_dirty = false;
             session_tell_state(s, 0);
         }
+        if (s->wish.there && session_device_change(s, &d.renderer, renderer_params(&d)))
+            d.drawn = NULL;
         enum work what = next_work(&d, s, &wait_ms);
         if (what == WORK_NONE)
             wait_for_work(s, wait_ms);

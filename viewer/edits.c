@@ -81,7 +81,9 @@ bool run_automatic(struct call *call)
         return session_fail(call->error, PEL_ERROR_ARGUMENT, "what: it must be transfer, isosurfaces, camera or slice");
     if (!session_copy_scene(s, &changed, call->error))
         return false;
-    if (pel_scene_choose(&changed, &parts, s->size[0], s->size[1], call->error))
+    if (parts.camera)
+        session_fit_camera(s, &changed.camera);
+    if (parts.camera || pel_scene_choose(&changed, &parts, s->size[0], s->size[1], call->error))
         return session_take_scene(s, &changed, call->error);
     pel_transfer_finish(&changed.transfer);
     return false;

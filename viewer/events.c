@@ -178,23 +178,15 @@ static json_t *colormaps_json(void)
     return list;
 }
 
-static json_t *device_json(const struct session *s)
-{
-    const struct pel_device_info *info = s->device ? pel_device_describe(s->device) : NULL;
-    return json_pack("{s:s, s:s, s:i}", "name", info ? info->name : "CPU", "kind", !info ? "cpu" : info->software ? "software" : "gpu", "threads",
-                     s->params.threads);
-}
-
 void session_tell_hello(struct session *s, int client, const struct call *call)
 {
-    json_t *folders = json_array(), *devices = json_array();
+    json_t *folders = json_array();
     for (int i = 0; s->paths && s->paths[i]; i++)
         json_array_append_new(folders, json_words(s->paths[i]));
-    json_array_append_new(devices, device_json(s));
     session_tell(s, client,
                  json_pack("{s:s, s:s, s:o, s:{s:o, s:o}, s:o, s:o, s:o, s:f, s:o}", "event", "hello", "version", pel_version(), "techniques",
                            techniques_json(), "options", "render", rows_json(pel_render_options), "camera", rows_json(pel_camera_options), "colormaps",
-                           colormaps_json(), "device", device_json(s), "devices", devices, "budget_ms", s->params.budget_ms, "folders", folders),
+                           colormaps_json(), "device", session_device_json(s), "devices", session_devices_json(s), "budget_ms", s->params.budget_ms, "folders", folders),
                  call);
 }
 

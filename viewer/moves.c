@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /* Moves of the camera: VTK's trackball (vtkInteractorStyleTrackballCamera), in fractions of the picture, so that pages of any size move alike. */
 #include <math.h>
+#include <stddef.h>
 #include <string.h>
 
 #include "session_inside.h"
@@ -162,17 +163,30 @@ bool run_view(struct call *call)
     return take(call, &camera);
 }
 
-void session_fit_camera(struct session *s, struct pel_camera *camera)
+/* The whole box, not what pel_scene_fit_camera finds to be shown: who turns a volume, or cuts it, wants no part of it to leave the picture. */
+void session_fit_camera(const struct session *s, struct pel_camera *camera)
 {
-    struct pel_camera kept = s->scene.camera, fitted;
-    s->scene.camera = *camera;
-    if (pel_scene_choose(&s->scene, &(struct pel_scene_parts) { .camera = true }, s->size[0], s->size[1], NULL)) {
-        fitted = s->scene.camera;
-        s->scene.camera = kept;
-        *camera = fitted;
+    struct pel_scene scene = s->scene; /* of which only the camera is changed */
+    if (scene.render.mode == PEL_MODE_SLICE) {
+        scene.camera = *camera;
+        if (pel_scene_choose(&scene, &(struct pel_scene_parts) { .camera = true }, s->size[0], s->size[1], NULL))
+            *camera = scene.camera;
     } else {
-        s->scene.camera = kept;
+        pel_camera_fit(camera, scene.volume, s->size[0], s->size[1]);
     }
+}
+
+static bool same_camera(const struct pel_camera *a, const struct pel_camera *b)
+{
+    return memcmp(a, b, offsetof(struct pel_camera, parallel)) == 0 && a->parallel == b->parallel && a->parallel_scale == b->parallel_scale;
+}
+
+void session_fit_again(struct session *s)
+{
+    if (!s->volume || !s->start_fitted || !same_camera(&s->scene.camera, &s->start))
+        return;
+    session_fit_camera(s, &s->start);
+    s->scene.camera = s->start;
 }
 
 bool run_reset(struct call *call)

@@ -248,6 +248,7 @@ static void *run(void *user)
     opening_free(o);
     if (fine)
         count_histogram(s, volume);
+    session_devices_list(s);
     pthread_mutex_lock(&s->lock);
     s->readers--;
     pthread_cond_broadcast(&s->settled);

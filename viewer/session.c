@@ -158,7 +158,7 @@ void session_wake(struct session *s)
 
 static bool is_settled(const struct session *s, bool rest)
 {
-    if (s->opening || (s->volume && s->shown != s->revision))
+    if (s->opening || s->wish.there || (s->volume && s->shown != s->revision))
         return false;
     return !rest || !s->volume || !s->greeted || session_held(s) ||
            (s->refined == s->revision && !s->jobs && !session_slices_due(s) && s->readers == 0);

@@ -58,6 +58,8 @@ struct session_params {
 
     int threads;      /* of the CPU engine; 0: the machine's */
     double budget_ms; /* of a picture of motion */
+    bool list_devices; /* tell of GPUs that may be chosen in place of the first one's device */
+    uint64_t gpu_memory; /* bytes to use at most of a device that is chosen so; 0: what is free */
     FILE *record;     /* borrowed; each command becomes a line of it. Nullable */
 };
 #define SESSION_PARAMS_INIT { .budget_ms = 33 }

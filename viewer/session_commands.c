@@ -92,6 +92,7 @@ static bool take_size(struct call *call)
     if (s->size[0] == size[0] && s->size[1] == size[1])
         return true;
     memcpy(s->size, size, sizeof size);
+    session_fit_again(s);
     session_changed(s, true);
     s->state_dirty = true;
     return true;
@@ -103,12 +104,7 @@ static bool run_hello(struct call *call)
     if (!take_size(call))
         return false;
     call->client->greeted = true;
-    bool first = !s->greeted;
     s->greeted = true;
-    if (first && s->volume && s->start_fitted) { /* the size that it was fitted to was a guess */
-        session_fit_camera(s, &s->scene.camera);
-        s->start = s->scene.camera;
-    }
     session_tell_hello(s, call->client->number, call);
     if (s->volume) {
         session_tell_volume(s, call->client->number);
@@ -164,6 +160,7 @@ static const struct session_command commands[] = {
     { "movie", "size frames degrees ", 0, run_movie },
     { "cancel", "", FREE, run_cancel },
     { "scene", "", 0, run_scene },
+    { "device", "device ", 0, run_device },
     { "list", "path ", FREE, run_list },
     { "open", "path array ", FREE, run_open },
 };

@@ -35,6 +35,17 @@ struct session_slices {
 
 enum { SESSION_CHANGED = 1, SESSION_ENDS = 2 }; /* of session.abort */
 
+enum { SESSION_MOST_DEVICES = 16 };
+
+/* Another device that a client asked for. */
+struct session_wish {
+    bool there, cpu;
+    unsigned number; /* that tells it from the one before */
+    int index, client;
+    bool has_id;
+    int64_t id;
+};
+
 struct session_job; /* jobs.c: a picture or movie under way */
 struct session_opening; /* opening.c: a file being read */
 
@@ -53,6 +64,12 @@ struct session {
     struct pel_scene scene; /* scene.volume is NULL before the first file is read */
     struct session_volume *volume;
     struct pel_device *device;
+    struct session_wish wish;
+    struct {
+        atomic_bool listed; /* or about to be */
+        int count;
+        struct pel_device_info infos[SESSION_MOST_DEVICES];
+    } devices;
     struct pel_camera start; /* what `reset` goes back to */
     bool start_fitted;
     int size[2];
@@ -150,7 +167,9 @@ bool run_roll(struct call *call);
 bool run_view(struct call *call);
 bool run_reset(struct call *call);
 bool run_focus(struct call *call);
-void session_fit_camera(struct session *session, struct pel_camera *camera);
+void session_fit_camera(const struct session *session, struct pel_camera *camera);
+/* Where nobody has moved the camera of the start yet: fits it to the picture's present size. */
+void session_fit_again(struct session *session);
 
 /* ---- edits.c: of the scene ---- */
 bool run_set(struct call *call);
@@ -161,6 +180,15 @@ bool run_export(struct call *call);
 bool run_scene(struct call *call);
 bool run_undo(struct call *call);
 bool run_redo(struct call *call);
+
+/* ---- devices.c ---- */
+bool run_device(struct call *call);
+json_t *session_device_json(const struct session *session);
+json_t *session_devices_json(const struct session *session);
+void session_tell_devices(struct session *session);
+void session_devices_list(struct session *session); /* once; without the lock */
+/* Does what session.wish says, by the thread that draws, with the lock held, which is given up meanwhile. True: *renderer is another. */
+bool session_device_change(struct session *session, struct pel_renderer **renderer, struct pel_renderer_params params);
 
 /* ---- slices.c ---- */
 bool run_slices(struct call *call);

@@ -9,6 +9,7 @@
 
 #include <math.h>
 #include <stdlib.h>
+#include <string.h>
 
 #include "label_transfer.h"
 #include "samples.h"
@@ -59,7 +60,22 @@ static bool composite_signed(struct pel_transfer *transfer, const struct pel_sur
            pel_transfer_set_opacities(transfer, points, 6, error);
 }
 
-static bool composite(struct pel_transfer *transfer, const struct pel_survey *s, struct pel_error *error)
+/* Cuts the colours off below a value, and leaves those above as they are: nothing is told of values that there are none of. */
+static void begin_colors(struct pel_transfer *transfer, double value)
+{
+    struct pel_color_point first = { .value = value };
+    size_t below = 0;
+    pel_transfer_color(transfer, value, first.rgb);
+    while (below < transfer->color_count && transfer->colors[below].value < value)
+        below++;
+    if (below == 0)
+        return;
+    transfer->colors[below - 1] = first;
+    transfer->color_count -= below - 1;
+    memmove(transfer->colors, transfer->colors + below - 1, transfer->color_count * sizeof first);
+}
+
+static bool composite(struct pel_transfer *transfer, const struct pel_volume *volume, const struct pel_survey *s, struct pel_error *error)
 {
     struct pel_opacity_point points[KNOTS] = { { s->lo, 0.05 } };
     switch (s->kind) {
@@ -79,8 +95,10 @@ static bool composite(struct pel_transfer *transfer, const struct pel_survey *s,
     /* The map begins below the threshold, since its darkest colours would not be seen on a dark background, and ends before the few
      * greatest values, which would take most of it. */
     object_opacities(s, points);
-    return pel_transfer_set_colormap(transfer, "plasma", s->threshold - 0.3 * (s->common - s->threshold), s->common, error) &&
-           pel_transfer_set_opacities(transfer, points, KNOTS, error);
+    if (!pel_transfer_set_colormap(transfer, "plasma", s->threshold - 0.3 * (s->common - s->threshold), s->common, error))
+        return false;
+    begin_colors(transfer, volume->range[0]);
+    return pel_transfer_set_opacities(transfer, points, KNOTS, error);
 }
 
 /* Gray from lo to hi. The opacity rises fast: the gray alone should tell the value, not its square. */
@@ -180,7 +198,7 @@ bool pel_transfer_automatic(struct pel_transfer *transfer, const struct pel_volu
         pel_survey_volume(volume, &survey);
         switch (purpose) {
         case PEL_TRANSFER_COMPOSITE:
-            ok = composite(transfer, &survey, error);
+            ok = composite(transfer, volume, &survey, error);
             break;
         case PEL_TRANSFER_PROJECTION:
             ok = window(transfer, window_start(&survey), survey.top, error);

@@ -94,6 +94,26 @@ def session(viewer):
     return a, b
 
 
+def devices(viewer, client):
+    told = client.events_of("devices")
+    if not told:
+        told = [client.event("devices")]
+    rows = told[-1]["devices"]
+    h.check(rows[0]["id"] == "cpu" and told[-1]["device"]["id"] in [row["id"] for row in rows], "the devices", told[-1])
+    client.command("device", device="cpu")
+    before = client.frame(client.command("rotate", by=[0, 0]), lossless=True)
+    for row in rows[1:]:
+        client.answer_or_event(client.command("device", device=row["id"]), "devices")
+        frame = client.frame(client.command("rotate", by=[0, 0]), lossless=True)
+        h.check(frame["header"]["device"].startswith(row["name"][:8]), "drawn on " + row["id"], frame["header"])
+    number = client.command("device", device="gpu:%d" % 999)
+    error = client.answer(number, "none")
+    h.check(error["message"].startswith("device: ") and error["do"] == "device", "a device that there is none of is refused in words", error)
+    client.answer_or_event(client.command("device", device="cpu"), "devices")
+    after = client.frame(client.command("rotate", by=[0, 0]), lossless=True)
+    h.check(after["picture"] == before["picture"], "back on the CPU the picture is the same, byte for byte")
+
+
 def misuse(viewer, other):
     client = Socket(viewer)
     client.hello()
@@ -218,6 +238,7 @@ with h.Folder() as folder:
         page(viewer)
         refusals(viewer)
         a, b = session(viewer)
+        devices(viewer, b)
         misuse(viewer, b)
         floods(viewer, b)
         half_open(viewer, b)

@@ -171,6 +171,13 @@ class Socket:
         """The event of that kind, or the error, that answers a command."""
         return self.until(lambda m: m.get("id") == number and m.get("event") in (kind, "error"))
 
+    def answer_or_event(self, number, kind):
+        """The next event of that kind, to whomever, or the error that answers the command."""
+        return self.until(lambda m: m.get("event") == kind or (m.get("id") == number and m.get("event") == "error"))
+
+    def events_of(self, kind):
+        return [event for event in self.events if event["event"] == kind]
+
     def frame(self, number=0, lossless=False, view="main"):
         """The next frame that shows a command."""
         return self.until(lambda m: "header" in m and m["header"]["view"] == view and m["header"]["id"] >= number and (m["header"]["lossless"] or not lossless))

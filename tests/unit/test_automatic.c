@@ -147,7 +147,7 @@ static void check_valid(const struct pel_transfer *t)
 
 struct seen {
     struct pel_transfer transfer;
-    double isovalue;
+    double isovalue, least; /* least: of the volume's values */
 };
 
 static struct seen automatic(enum pel_type type, double (*value)(const double p[3], double noise), enum pel_transfer_purpose purpose)
@@ -159,6 +159,7 @@ static struct seen automatic(enum pel_type type, double (*value)(const double p[
     check_valid(&seen.transfer);
     assert_true(seen.transfer.unit_distance == 2);
     seen.isovalue = pel_isovalue_automatic(&v);
+    seen.least = v.range[0];
     pel_volume_finish(&v);
     return seen;
 }
@@ -198,6 +199,7 @@ static void smooth_fields_and_masks(void **state)
     (void)state;
     struct seen s = automatic(PEL_F32, bump, PEL_TRANSFER_COMPOSITE);
     assert_true(opacity(&s, 0) == 0 && opacity(&s, 1) > 0.1);
+    assert_true(s.transfer.colors[0].value >= s.least && strcmp(s.transfer.colormap, "plasma") == 0);
     assert_true(s.isovalue > 0.03 && s.isovalue < 0.6);
     pel_transfer_finish(&s.transfer);
 

@@ -226,6 +226,7 @@ static const char *const good[] = {
     "{\"do\":\"slices\",\"at\":[0,0,0],\"size\":[32,32],\"window\":[0.2,0.8]}",
     "{\"do\":\"slices\",\"at\":[0.1,0,0]}",
     "{\"do\":\"slices\",\"at\":null}",
+    "{\"do\":\"device\",\"device\":\"cpu\"}",
     "{\"do\":\"list\"}",
     "{\"do\":\"cancel\"}",
 };
@@ -321,6 +322,12 @@ static const char *const bad[] = {
     "{\"do\":\"list\",\"path\":\"/\"}",
     "{\"do\":\"list\",\"path\":\"/no/such\"}",
     "{\"do\":\"open\",\"path\":\"/etc/passwd\"}",
+    "{\"do\":\"device\"}",
+    "{\"do\":\"device\",\"device\":7}",
+    "{\"do\":\"device\",\"device\":\"tpu\"}",
+    "{\"do\":\"device\",\"device\":\"gpu:\"}",
+    "{\"do\":\"device\",\"device\":\"gpu:-1\"}",
+    "{\"do\":\"device\",\"device\":\"gpu:1x\"}",
     "{\"do\":\"open\",\"path\":\"\"}",
     "{\"do\":\"open\"}",
     "{\"do\":\"shown\",\"frame\":1}",
@@ -475,6 +482,61 @@ static void test_reset_and_views(void **state)
     say(&face, 1, "{\"do\":\"reset\"}");
     assert_true(same(&face, picture, size));
     free(picture);
+    end(&face);
+}
+
+static void read_vector(json_t *camera, const char *key, double out[3])
+{
+    for (size_t i = 0; i < 3; i++)
+        out[i] = json_number_value(json_array_get(json_object_get(camera, key), i));
+}
+
+/* How far from the middle of the picture the box goes: 1 is an edge. */
+static double reach(struct face *face, double aspect)
+{
+    json_t *told = json_object_get(scene(face), "camera"), *bounds = json_object_get(last(face, "volume"), "bounds");
+    struct pel_camera camera = PEL_CAMERA_INIT;
+    double right[3], up[3], forward[3], most = 0;
+    read_vector(told, "camera-position", camera.position);
+    read_vector(told, "camera-focal-point", camera.focal_point);
+    read_vector(told, "camera-view-up", camera.view_up);
+    pel_camera_basis(&camera, right, up, forward);
+    for (int corner = 0; corner < 8; corner++) {
+        double x = 0, y = 0, z = 0;
+        for (int a = 0; a < 3; a++) {
+            double from = json_number_value(json_array_get(bounds, (size_t)(2 * a + (corner >> a & 1)))) - camera.position[a];
+            x += from * right[a];
+            y += from * up[a];
+            z += from * forward[a];
+        }
+        double edge = z * tan(camera.view_angle / 360 * 3.14159265358979);
+        most = fmax(most, fmax(fabs(x) / (edge * aspect), fabs(y) / edge));
+    }
+    return most;
+}
+
+/* Until somebody moves the camera, each size of the picture holds the whole box, and most of the picture is for it. */
+static void test_fit(void **state)
+{
+    (void)state;
+    static const char *const sizes[] = { "[96,64]", "[400,64]", "[64,400]", "[800,600]" };
+    static const double aspects[] = { 1.5, 6.25, 0.16, 4 / 3.0 };
+    struct face face;
+    char text[64];
+    start(&face);
+    for (int i = 0; i < 4; i++) {
+        snprintf(text, sizeof text, "{\"do\":\"size\",\"size\":%s}", sizes[i]);
+        assert_true(say(&face, 1, text));
+        double r = reach(&face, aspects[i]);
+        assert_true(r > 0.8 && r < 0.95);
+    }
+    assert_true(say(&face, 1, "{\"do\":\"zoom\",\"by\":2}"));
+    json_t *moved = json_deep_copy(part(&face, "camera", "camera-position"));
+    assert_true(say(&face, 1, "{\"do\":\"size\",\"size\":[64,400]}"));
+    assert_true(json_equal(moved, part(&face, "camera", "camera-position")));
+    assert_true(say(&face, 1, "{\"do\":\"automatic\",\"what\":\"camera\"}"));
+    assert_true(reach(&face, 0.16) < 0.95);
+    json_decref(moved);
     end(&face);
 }
 
@@ -686,7 +748,7 @@ int main(void)
         cmocka_unit_test(test_undo),      cmocka_unit_test(test_merging),         cmocka_unit_test(test_reset_and_views),
         cmocka_unit_test(test_zoom_and_focus_at), cmocka_unit_test(test_downloads), cmocka_unit_test(test_cancel),
         cmocka_unit_test(test_open),      cmocka_unit_test(test_replay),          cmocka_unit_test(test_ends_at_any_time),
-        cmocka_unit_test(test_final),
+        cmocka_unit_test(test_final),     cmocka_unit_test(test_fit),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
