@@ -58,8 +58,8 @@ export class Edits {
 
     /** What the session says: taken now, or once the hand rests. */
     state(event) {
-        const { scene, undo, redo, size, held, device } = event,
-            rest = { undo, redo, size, held, device };
+        const { scene, undo, redo, size, held } = event,
+            rest = { undo, redo, size, held };
         if (this.#timer || this.#gesture) {
             this.#state = { scene, ...rest };
             set(rest);

@@ -138,7 +138,8 @@ statusLine($('status'));
 /* ---- what the server says ---- */
 
 const told = {
-    hello: (event) => set({ hello: event }),
+    hello: (event) => set({ hello: event, devices: event }),
+    devices: (event) => set({ devices: event }),
     volume: (event) => set({ volume: event, cursor: null }),
     state: (event) => edits.state(event),
     error: ({ id, message }) => {

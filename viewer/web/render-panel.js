@@ -158,16 +158,18 @@ function device(app) {
         'Resolution',
     );
     watch(['preferences'], () => resolution.update(get('preferences').resolution));
-    watch(['hello', 'device'], () => {
-        const { devices = [], device: first } = get('hello') ?? {},
-            now = get('device') ?? first;
+    watch(['devices'], () => {
+        const { devices = [], device: now } = get('devices');
         if (!now) return;
         const choice = select(
-            devices.map((d) => [d.name, deviceName(d)]),
-            (name) => app.connection.send({ do: 'device', name }),
+            devices.map((d) => [d.id, deviceName(d)]),
+            (id) => {
+                app.connection.send({ do: 'device', device: id });
+                choice.update(now.id); /* until the server says that it draws */
+            },
             'Device',
         );
-        choice.update(now.name);
+        choice.update(now.id);
         place.replaceChildren(
             devices.length > 1
                 ? field('Device', choice, { help: 'What draws' })
