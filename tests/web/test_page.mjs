@@ -176,35 +176,48 @@ test('a finger turns the picture', async () => {
     await phone.close();
 });
 
+/** In the page: texts on panels whose contrast with what is behind them is below 4.5 (WCAG 2 AA); what is disabled is exempt. */
+function poorContrasts() {
+    const channels = (color) => {
+        const values = color.match(/[\d.]+/g).map(Number);
+        return [...values.slice(0, 3), values[3] ?? 1];
+    };
+    const luminance = (color) => {
+        const [r, g, b] = color.slice(0, 3).map((v) => (v / 255 <= 0.04045 ? v / 255 / 12.92 : ((v / 255 + 0.055) / 1.055) ** 2.4));
+        return 0.2126 * r + 0.7152 * g + 0.0722 * b;
+    };
+    const behind = (element) => {
+        for (let e = element; e; e = e.parentElement) {
+            const color = channels(getComputedStyle(e).backgroundColor);
+            if (color[3] === 1) return color;
+        }
+        return [255, 255, 255, 1];
+    };
+    const poor = [];
+    for (const element of document.querySelectorAll('#top, #top *, #rail *, #panels *, #status *, dialog[open] *')) {
+        const field = element.matches('input:not([type=range], [type=color], [type=checkbox]), select');
+        const writes =
+            field ||
+            [...element.childNodes].some((node) => node.nodeType === Node.TEXT_NODE && node.textContent.trim());
+        if (!writes || !element.getClientRects().length || element.closest(':disabled, .hidden')) continue;
+        const style = getComputedStyle(element),
+            ink = element instanceof SVGElement ? style.fill : style.color;
+        const [u, v] = [luminance(channels(ink)), luminance(behind(element))];
+        const ratio = (Math.max(u, v) + 0.05) / (Math.min(u, v) + 0.05);
+        if (ratio < 4.5) poor.push(`${ratio.toFixed(2)}: ${element.outerHTML.slice(0, 90)}`);
+    }
+    return poor;
+}
+
 test('writing has the contrast of WCAG AA in both themes', async () => {
     for (const colorScheme of ['dark', 'light']) {
         const themed = await Face.open(browser, server.address, { colorScheme });
-        const poor = await themed.page.evaluate(() => {
-            const style = getComputedStyle(document.documentElement),
-                probe = document.body.appendChild(document.createElement('i'));
-            const luminance = (name) => {
-                probe.style.color = style.getPropertyValue(name);
-                const [r, g, b] = getComputedStyle(probe)
-                    .color.match(/[\d.]+/g)
-                    .map((v) => v / 255)
-                    .map((c) => (c <= 0.04045 ? c / 12.92 : ((c + 0.055) / 1.055) ** 2.4));
-                return 0.2126 * r + 0.7152 * g + 0.0722 * b;
-            };
-            const pairs = [
-                ['--text', '--panel'],
-                ['--text', '--raised'],
-                ['--soft', '--panel'],
-                ['--soft', '--raised'],
-                ['--on-accent', '--accent'],
-                ['--text', '--ground'],
-            ];
-            return pairs
-                .map(([a, b]) => [a, b, luminance(a), luminance(b)])
-                .map(([a, b, u, v]) => [a, b, (Math.max(u, v) + 0.05) / (Math.min(u, v) + 0.05)])
-                .filter(([, , ratio]) => ratio < 4.5)
-                .map((row) => row.join(' '));
-        });
-        equal(poor.join('\n'), '', `poor contrasts, ${colorScheme}`);
+        for (const name of PANELS) {
+            await open(themed.page, name);
+            equal((await themed.page.evaluate(poorContrasts)).join('\n'), '', `poor contrasts, ${colorScheme}, ${name}`);
+        }
+        await themed.page.click('#help-button');
+        equal((await themed.page.evaluate(poorContrasts)).join('\n'), '', `poor contrasts, ${colorScheme}, list of keys`);
         const ground = await themed.page.evaluate(
             () => getComputedStyle(document.querySelector('#top')).backgroundColor.match(/\d+/g).map(Number)[0],
         );
