@@ -87,7 +87,7 @@ export class Face {
 
     static async open(browser, address, options = {}) {
         const face = new Face();
-        const context = await browser.newContext({ viewport: { width: 1100, height: 720 }, ...options });
+        const context = await browser.newContext({ viewport: { width: 1000, height: 600 }, ...options });
         face.page = await context.newPage();
         face.page.on('console', (message) => ['error', 'warning'].includes(message.type()) && face.complaints.push(message.text()));
         face.page.on('pageerror', (error) => face.complaints.push(error.stack));
