@@ -56,10 +56,16 @@ static bool has_ending(const char *path, const char *ending)
     return length > tail && strcmp(path + length - tail, ending) == 0;
 }
 
-static bool read_samples(struct session_opened *out, const struct pel_progress *progress, struct pel_error *error)
+static bool may_open(void *user, const char *path)
+{
+    return session_may_open(user, path);
+}
+
+static bool read_samples(const struct session_opening *o, struct session_opened *out, const struct pel_progress *progress, struct pel_error *error)
 {
     const struct pel_source *source = &out->scene.source;
-    struct pel_read_params params = { source->array[0] ? source->array : NULL, source->raw[0] ? source->raw : NULL, *progress };
+    struct pel_read_params params = { source->array[0] ? source->array : NULL, source->raw[0] ? source->raw : NULL, *progress,
+                                      o->scene ? NULL : may_open, o->session }; /* what a snapshot names was open before */
     struct pel_volume magnitude;
     if (!pel_read_volume(source->path, &params, &out->volume, &out->info, error))
         return false;
@@ -103,7 +109,7 @@ static bool open_path(const struct session_opening *o, struct session_opened *ou
     if (o->scene ? !session_scene_from_snapshot(o->scene, NULL, &out->scene, error) : !pel_scene_init(&out->scene, error))
         return false;
     struct pel_scene *scene = &out->scene;
-    if (!find_source(o, out, &has, error) || !read_samples(out, progress, error))
+    if (!find_source(o, out, &has, error) || !read_samples(o, out, progress, error))
         goto failed;
     scene->volume = &out->volume;
     const struct pel_scene_parts missing = {

@@ -22,8 +22,13 @@ struct pel_read_params {
     const char *raw;   /* "256x256x256:u8", "64x64x64:f32:be", "3x41x35x15:f32:le+1024" (4 numbers: components first; :le is the default;
                           +skip: bytes before the data): read the file as raw samples. NULL: find the format */
     struct pel_progress progress;
+
+    /* A header may name data files anywhere (NRRD, MetaImage). Where it comes from somebody who should not see every file that this process
+     * can read, say which may be opened: asked with the path of each, before it is opened; false refuses it. NULL: all. */
+    bool (*may_open)(void *user, const char *path);
+    void *may_open_user;
 };
-#define PEL_READ_PARAMS_INIT { NULL, NULL, { NULL, NULL } }
+#define PEL_READ_PARAMS_INIT { NULL, NULL, { NULL, NULL }, NULL, NULL }
 
 #define PEL_MAX_ARRAYS 64
 #define PEL_MAX_NOTES 8

@@ -36,6 +36,16 @@ char *pel_path_beside(const char *path, const char *name, struct pel_error *erro
     return joined;
 }
 
+char *pel_path_of_data(const char *path, const char *name, const struct pel_read_params *params, struct pel_error *error)
+{
+    char *joined = pel_path_beside(path, name, error);
+    if (!joined || !params->may_open || params->may_open(params->may_open_user, joined))
+        return joined;
+    free(joined);
+    pel_fail(error, PEL_ERROR_ARGUMENT, "data file %.300s: it is not among the files that may be opened", name);
+    return NULL;
+}
+
 void pel_info_note(struct pel_file_info *info, const char *format, ...)
 {
     if (!info || info->note_count >= PEL_MAX_NOTES)

@@ -48,6 +48,9 @@ bool pel_path_has_ending(const char *path, const char *endings);
 /* `name` relative to the folder of `path` (unless absolute). Owned by the caller; NULL: out of memory. */
 char *pel_path_beside(const char *path, const char *name, struct pel_error *error);
 
+/* The path of a data file that the header at `path` names: pel_path_beside, where params->may_open allows it. */
+char *pel_path_of_data(const char *path, const char *name, const struct pel_read_params *params, struct pel_error *error);
+
 /* Adds a note for the user; silently dropped beyond PEL_MAX_NOTES. */
 void pel_info_note(struct pel_file_info *info, const char *format, ...) __attribute__((format(printf, 2, 3)));
 

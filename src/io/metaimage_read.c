@@ -15,7 +15,7 @@
 struct data {
     const char *path;
     const struct pel_metaimage *head;
-    const struct pel_progress *progress;
+    const struct pel_read_params *params;
     uint64_t piece, left; /* bytes of one file, and what is left of the one that is open */
     size_t next;
     struct pel_stream *header;  /* behind the header, for LOCAL */
@@ -37,7 +37,7 @@ static void close_piece(struct data *d)
 
 static bool open_file(struct data *d, const char *name, struct pel_error *error)
 {
-    char *path = pel_path_beside(d->path, name, error);
+    char *path = pel_path_of_data(d->path, name, d->params, error);
     if (!path)
         return false;
     struct stat header, data;
@@ -49,7 +49,7 @@ static bool open_file(struct data *d, const char *name, struct pel_error *error)
     } else {
         /* gzip is looked through where the length does not say that the file is just the samples. */
         bool exact = there && (uint64_t)data.st_size == d->piece;
-        d->file = pel_stream_open(path, d->head->compressed || exact ? PEL_STREAM_PLAIN : PEL_STREAM_AUTO, d->progress, error);
+        d->file = pel_stream_open(path, d->head->compressed || exact ? PEL_STREAM_PLAIN : PEL_STREAM_AUTO, &d->params->progress, error);
     }
     if (!d->file)
         pel_fail_in(error, "data file %s: ", name);
@@ -174,7 +174,7 @@ static bool read_samples(struct data *d, const struct pel_layout *layout, struct
                         (unsigned long long)files);
     d->piece = bytes / files;
     for (size_t i = 1; i < d->head->file_count; i++) {
-        char *path = pel_path_beside(d->path, d->head->files[i], error);
+        char *path = pel_path_of_data(d->path, d->head->files[i], d->params, error);
         struct stat st;
         bool there = path && stat(path, &st) == 0;
         if (path && !there)
@@ -216,7 +216,7 @@ static bool read_metaimage(const char *path, const struct pel_read_params *param
     struct pel_layout layout;
     bool ok = pel_metaimage_read_header(stream, &head, error);
     if (ok) {
-        struct data data = { .path = path, .head = &head, .progress = &params->progress, .header = stream };
+        struct data data = { .path = path, .head = &head, .params = params, .header = stream };
         ok = lay_out(&head, &layout, info, error);
         if (ok) {
             place(&head, volume, info);

@@ -13,7 +13,7 @@
 struct data {
     const char *path; /* of the header */
     const struct pel_nrrd *head;
-    const struct pel_progress *progress;
+    const struct pel_read_params *params;
     int file_type;
     uint64_t bytes;             /* of all samples, decoded */
     uint64_t piece;             /* of one file */
@@ -130,7 +130,7 @@ static enum pel_stream_coding coding_of(struct data *d, const char *path)
 
 static bool open_file(struct data *d, const char *name, struct pel_error *error)
 {
-    char *path = pel_path_beside(d->path, name, error);
+    char *path = pel_path_of_data(d->path, name, d->params, error);
     if (!path)
         return false;
     struct stat header, data;
@@ -140,7 +140,7 @@ static bool open_file(struct data *d, const char *name, struct pel_error *error)
     else if (there && !S_ISREG(data.st_mode)) /* a device or a pipe might keep us for ever */
         pel_fail(error, PEL_ERROR_FORMAT, "is no regular file");
     else
-        d->file = pel_stream_open(path, coding_of(d, path), d->progress, error);
+        d->file = pel_stream_open(path, coding_of(d, path), &d->params->progress, error);
     if (!d->file)
         pel_fail_in(error, "data file %s: ", name);
     free(path);
@@ -224,7 +224,7 @@ static bool read_samples(struct data *d, const struct pel_layout *layout, struct
     d->file_type = layout->type;
     /* The first file is opened, and its length looked at, before the volume is allocated; one of many says nothing of the others. */
     for (size_t i = 1; i < d->head->file_count; i++) {
-        char *path = pel_path_beside(d->path, d->head->files[i], error);
+        char *path = pel_path_of_data(d->path, d->head->files[i], d->params, error);
         struct stat st;
         bool there = path && stat(path, &st) == 0;
         if (path && !there)
@@ -252,7 +252,7 @@ static bool read_nrrd(const char *path, const struct pel_read_params *params, st
     struct pel_layout layout;
     bool ok = pel_nrrd_read_header(stream, &head, info, error);
     if (ok) {
-        struct data data = { .path = path, .head = &head, .progress = &params->progress, .header = stream };
+        struct data data = { .path = path, .head = &head, .params = params, .header = stream };
         ok = pel_nrrd_interpret(&head, &layout, volume, info, error) && read_samples(&data, &layout, volume, error);
         close_piece(&data);
         if (ok)

@@ -1,21 +1,16 @@
 # SPDX-License-Identifier: MIT
 """pellucid view and replay, from outside: what a page gets, and what nobody gets who should not."""
+import http.client
 import json
 import os
 import signal
 import socket
+import subprocess
+import sys
 import time
 
 import harness as h
 from websocket import Closed, Socket, Viewer
-
-
-def raises_closed(call):
-    try:
-        call()
-    except (Closed, ConnectionError):
-        return True
-    return False
 
 
 def still_fine(viewer, client, name):
@@ -37,9 +32,14 @@ def page(viewer):
         h.check(status == 200 and headers["content-type"].startswith(kind) and len(body) == int(headers["content-length"]), name, headers)
     status, headers, _ = viewer.request("GET", "/" + viewer.token)
     h.check(status == 301 and headers["location"].endswith("/%s/" % viewer.token), "the slash is put behind the token", headers)
-    for name in ("no.js", "../main.js", "%2e%2e/main.js", "..%2fmain.js", ".hidden", "a/b", "download/1", "download/x", "download/"):
-        status, _, _ = viewer.get(name)
-        h.check(status in (403, 404), "there is no %s" % name, status)
+    for name in ("no.js", "../main.js", "%2e%2e/main.js", "..%2fmain.js", ".hidden", "a/b", "download/1", "download/x", "download/", "%252e%252e/main.js", "..%5cmain.js", "/etc/passwd", "%2fetc%2fpasswd",
+                 "main.js%00.css", "download/-1", "download/99999999999999999999", "x" * 3000):
+        try:
+            status, _, _ = viewer.get(name)
+        except http.client.RemoteDisconnected:
+            status = "closed" # what is no address of HTTP at all
+        h.check(status in ("closed", 400, 403, 404, 414, 431), "there is no %.20s" % name, status)
+    h.check(viewer.get("main.js")[0] == 200, "and what there is, is there still")
 
 
 def refusals(viewer):
@@ -50,12 +50,19 @@ def refusals(viewer):
     for host in ("evil.example", "evil.example:%d" % viewer.port, "127.0.0.1:1", "127.0.0.1", "localhost.evil:%d" % viewer.port, ""):
         status, _, _ = viewer.get(headers={"Host": host})
         h.check(status in (400, 403), "403 for the host %r" % host, status)
+    for path in ("/%s/upload?name=a.nrrd" % wrong, "/upload?name=a.nrrd", "/upload?name=a.nrrd&token=" + viewer.token):
+        h.check(viewer.request("POST", path, body=b"x")[0] == 403, "no upload without the token: %.12s" % path)
+    for path in ("/%s/download/1" % wrong, "/download/1"):
+        h.check(viewer.request("GET", path)[0] == 403, "no download without the token: %.12s" % path)
+    h.check(viewer.request("POST", "/%s/upload?name=a.nrrd" % viewer.token, body=b"x", headers={"Host": "evil.example"})[0] == 403, "no upload by another name")
+    h.check(viewer.get("download/1", headers={"Host": "evil.example"})[0] == 403, "no download by another name")
     h.check(viewer.get(headers={"Host": "localhost:%d" % viewer.port})[0] == 200, "localhost is a name of this server")
     upload = "/%s/upload?name=a.nrrd" % viewer.token
     for origin in ("http://evil.example", "null", "https://" + viewer.authority, "http://127.0.0.1:1"):
         h.check(viewer.request("POST", upload, body=b"x", headers={"Origin": origin})[0] == 403, "no upload from %s" % origin)
         h.check(Socket(viewer, origin=origin).status == 403, "no socket from %s" % origin)
     h.check(Socket(viewer, token=wrong).status == 403, "no socket with another token")
+    h.check(Socket(viewer, token="").status == 403, "no socket without a token")
     h.check(Socket(viewer, host="evil.example:%d" % viewer.port).status == 403, "no socket by another name")
     h.check(Socket(viewer, protocol="").status == 403, "no socket without the protocol's name")
     h.check(Socket(viewer, protocol="chat").status == 403, "no socket of another protocol")
@@ -120,7 +127,9 @@ def misuse(viewer, other):
     client.frame()
     for text in ("", "{", "nonsense", "[1]", '{"do":"size","size":[NaN,10]}', '{"do":"size","size":[1e999,10]}', '{"do":"size","size":[100000,100000]}',
                  '{"do":"picture","size":[100000,100000]}', '{"do":"rotate","by":"left"}', '{"do":"rotate","by":[1,2],"x":1}', '{"do":["rotate"]}',
-                 '{"do":"hello","size":{"w":1}}', '{"do":"open","path":"/etc/passwd"}', "[" * 5000, '{"a":' * 5000):
+                 '{"do":"hello","size":{"w":1}}', '{"do":"open","path":"/etc/passwd"}', '{"do":"list","path":"\\u0000"}', '{"do":"dance"}', '{"do":""}', '{"do":"%s"}' % ("x" * 100000), '{"do":"shutdown","now":true}',
+                 '{"do":"slices","at":[0,0,0],"size":[100000,100000]}',
+                 '{"do":"movie","size":[100000,100000],"frames":2,"degrees":1}', '{"do":"set","scene":{"render":{"step":"1e999"}}}', "[" * 5000, '{"a":' * 5000):
         client.text(text)
         event = client.event("error")
         h.check(0 < len(event["message"]) < 600 and "\n" not in event["message"], "refused in words: %.40s" % text, event)
@@ -172,6 +181,39 @@ def floods(viewer, other):
     client.kill()
 
 
+def paths(viewer, client, folder):
+    """Nothing outside of what the command line named is listed or opened, by whatever way."""
+    secret = h.write(folder / "secret.raw", b"s" * 24)
+    inside = folder / "inside"
+    join = os.path.join
+    os.symlink(folder.path, join(inside, "out"))
+    os.symlink(secret, join(inside, "link.raw"))
+    for name, data in (("leak.nhdr", "NRRD0004\ntype: uint8\ndimension: 3\nsizes: 4 3 2\nencoding: raw\ndata file: %s\n"),
+                       ("list.nhdr", "NRRD0004\ntype: uint8\ndimension: 3\nsizes: 4 3 2\nencoding: raw\ndata file: LIST\n%s\n"),
+                       ("leak.mhd", "ObjectType = Image\nNDims = 3\nDimSize = 4 3 2\nElementType = MET_UCHAR\nElementDataFile = %s\n"),
+                       ("leak.json", '{"volume": {"path": "%s", "raw": "4x3x2:u8"}}')):
+        h.write(join(inside, name), data % secret)
+        h.write(join(inside, "up-" + name), data % "../secret.raw")
+        status, _, body = viewer.request("POST", "/%s/upload?name=%s" % (viewer.token, name), body=(data % secret).encode())
+        for path in (join(inside, name), join(inside, "up-" + name), json.loads(body)["path"]):
+            client.command("open", path=path)
+            event = client.until(lambda m: m.get("event") == "volume" or m.get("event") == "error")
+            h.check(event["event"] == "error" and "opened" in event["message"], "what %s names elsewhere stays closed" % name, event)
+    h.write(join(inside, "good.nhdr"), "NRRD0004\ntype: uint8\ndimension: 3\nsizes: 4 3 2\nencoding: raw\ndata file: good.raw\n")
+    h.write(join(inside, "good.raw"), bytes(range(24)))
+    client.command("open", path=join(inside, "good.nhdr"))
+    event = client.until(lambda m: m.get("event") in ("volume", "error"))
+    h.check(event.get("range") == [0, 23], "data beside their header are read", event)
+    for path in ("/", "/etc", folder.path, join(inside, ".."), join(inside, "out"), inside + "/../inside/../", join(inside, "link.raw"), folder / "inside2",
+                 secret, "~"):
+        for do in ("list", "open"):
+            error = client.answer(client.command(do, path=path), "files")
+            h.check(error["event"] == "error", "no %s of %s" % (do, path[-12:]), error)
+    files = client.answer(client.command("list", path=inside), "files")
+    names = [entry["name"] for entry in files["entries"]]
+    h.check("good.nhdr" in names and "passwd" not in str(files), "the named folder is listed", files)
+
+
 def half_open(viewer, other):
     sockets = [socket.create_connection((viewer.host, viewer.port)) for _ in range(60)]
     for i, plain in enumerate(sockets):
@@ -212,6 +254,56 @@ def killed(viewer, other):
     h.check(viewer.memory() - memory < 64e6, "nor memory", viewer.memory() - memory)
 
 
+CHILD = """
+import sys
+sys.path.insert(0, sys.argv[1])
+from websocket import Socket
+class Where:
+    host, port, authority, token = sys.argv[2], int(sys.argv[3]), sys.argv[2] + ":" + sys.argv[3], sys.argv[4]
+client = Socket(Where)
+client.hello((700, 700))
+client.command("hold")
+while True:
+    number = client.command("rotate", by=[0.01, 0], gesture=1)
+    client.frame(number)
+    print("frame", flush=True)
+"""
+
+
+def killed_processes(viewer, other):
+    """As kill -9 does it, while frames flow: the kernel closes what the process had open, with frames on their way."""
+    for i in range(4):
+        child = subprocess.Popen([sys.executable, "-c", CHILD, os.path.dirname(os.path.abspath(__file__)), viewer.host, str(viewer.port), viewer.token],
+                                 stdout=subprocess.PIPE)
+        for _ in range(3 + i):
+            h.check(child.stdout.readline() == b"frame\n", "a process gets frames")
+        child.kill()
+        child.wait()
+        child.stdout.close()
+    other.command("size", size=[96, 64])
+    still_fine(viewer, other, "killed processes disturb nobody, and hold nothing")
+
+
+def listening(volume):
+    """Only where it was told to."""
+    def reaches(host, port):
+        try:
+            socket.create_connection((host, port), timeout=5).close()
+        except OSError:
+            return False
+        return True
+
+    with Viewer(h.TOOL, volume) as viewer:
+        h.check(viewer.address.startswith("http://127.0.0.1:") and reaches("127.0.0.1", viewer.port), "127.0.0.1 unless told", viewer.address)
+        h.check(not reaches("127.0.0.2", viewer.port), "and no other address")
+        h.fails("a port that is taken", 1, "cannot listen", "view", volume, "--no-open", "--port", str(viewer.port))
+        h.check(viewer.stop(signal.SIGTERM) == 0 and viewer.error == "", "SIGTERM ends it", (viewer.status, viewer.error))
+    with Viewer(h.TOOL, volume, "--listen", "127.0.0.2") as viewer:
+        h.check(viewer.address.startswith("http://127.0.0.2:") and viewer.get()[0] == 200, "another address, if told", viewer.address)
+        h.check(not reaches("127.0.0.1", viewer.port), "and that one alone")
+        h.check(viewer.get(headers={"Host": "127.0.0.1:%d" % viewer.port})[0] == 403, "by its own name")
+
+
 def uploads(viewer, client, volume):
     data = h.read(volume)
     where = "/%s/upload?name=" % viewer.token
@@ -231,10 +323,13 @@ def uploads(viewer, client, volume):
 
 
 with h.Folder() as folder:
+    os.mkdir(folder / "inside")
+    os.mkdir(folder / "inside2")
     volume = folder / "small.nrrd"
     h.fine("a volume to view", "make", "marschner-lobb", "--size", "24", "-o", volume)
     record = folder / "session.jsonl"
-    with Viewer(h.TOOL, volume, "--max-upload", "2", "--record", record) as viewer:
+    with Viewer(h.TOOL, volume, folder / "inside", "--max-upload", "2", "--record", record) as viewer:
+        silent = socket.create_connection((viewer.host, viewer.port))
         page(viewer)
         refusals(viewer)
         a, b = session(viewer)
@@ -243,20 +338,36 @@ with h.Folder() as folder:
         floods(viewer, b)
         half_open(viewer, b)
         killed(viewer, b)
+        killed_processes(viewer, b)
+        paths(viewer, b, folder)
         kept = uploads(viewer, b, volume)
         h.check(os.path.isdir(kept), "uploads are in a folder of their own")
         still_fine(viewer, b, "at the end, too")
+        silent.settimeout(60)
+        h.check(silent.recv(1) == b"", "who says nothing is shown out")
         h.check(viewer.stop(signal.SIGINT) == 0, "Ctrl-C ends it", viewer.error)
         h.check(viewer.error == "", "without a word", viewer.error)
         h.check(not os.path.exists(kept), "and removes the uploads")
+
+    listening(volume)
 
     short = folder / "short.jsonl"
     with Viewer(h.TOOL, volume, "--isovalue", "0.5", "--record", short) as viewer:
         client = Socket(viewer)
         client.hello()
         client.frame(lossless=True)
+        other = Socket(viewer)
+        other.hello((80, 80))
         for i in range(10):
-            number = client.command("rotate", by=[0.02, 0.01], gesture=1)
+            client.command("rotate", by=[0.02, 0.01], gesture=1)
+            other.command("zoom", by=1.01, gesture=2)
+        client.answer(client.command("probe", at=[0.5, 0.5]), "probe")
+        client.command("set", scene={"isosurfaces": [{"value": 0.4, "color": [1, 0.2, 0.1]}, {"value": 0.6}]})
+        client.command("slices", at=[0, 0, 0])
+        client.command("set", scene={"render": {"refine": 3}})
+        client.command("undo")
+        client.command("size", size=[90, 70])
+        number = client.command("roll", by=20)
         picture = client.frame(number, lossless=True)["picture"]
     for way in ([], ["--fast"]):
         out = folder / "again.png"
