@@ -92,6 +92,26 @@ test('the probe tells what is under the pointer in a slice, clicks measure there
     assert(Math.abs(parseFloat(words) / expected - 1) < 0.03, `the distance is ${words}, not ${expected}`);
 });
 
+test('two fingers zoom a slice and leave the cross-hair', async () => {
+    const phone = await Face.open(browser, server.address, { viewport: { width: 390, height: 700 }, hasTouch: true, isMobile: true });
+    await phone.page.keyboard.press('s');
+    await phone.until(() => phone.frames.some(({ header }) => header.view === 'slice-k'), 'the slices');
+    const { at } = phone.lastSent('slices'),
+        [x, y] = await phone.middle('.slice >> nth=2'),
+        client = await phone.page.context().newCDPSession(phone.page);
+    const touch = (type, ...points) =>
+        client.send('Input.dispatchTouchEvent', { type, touchPoints: points.map(([px, py], id) => ({ x: px, y: py, id })) });
+    await touch('touchStart', [x - 20, y - 20]);
+    await touch('touchStart', [x - 20, y - 20], [x + 20, y + 20]);
+    for (let i = 1; i <= 5; i++) await touch('touchMove', [x - 20 - 6 * i, y - 20 - 6 * i], [x + 20 + 6 * i, y + 20 + 6 * i]);
+    await touch('touchEnd');
+    await phone.until(() => phone.lastSent('slices').views?.[2]?.scale > 0, 'the slice to come nearer');
+    const text = (place) => place.map((v) => v.toFixed(6)).join();
+    equal(text(phone.lastSent('slices').at), text(at), 'the cross-hair');
+    await phone.page.keyboard.press('s');
+    await phone.close();
+});
+
 test('planes of the mode slice: at the cross-hair, moved by a handle, undone', async () => {
     await page.click('#panel-slices button:has-text("Draw planes")');
     await page.click('#panel-slices button:has-text("At the cross-hair")');

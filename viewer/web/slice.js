@@ -97,6 +97,7 @@ export class Slice {
 
     #press(event) {
         const { picture, slices } = this;
+        if (!slices.at) return;
         picture.setPointerCapture(event.pointerId);
         picture.focus({ preventScroll: true });
         event.preventDefault();
@@ -111,7 +112,10 @@ export class Slice {
                     : get('tool') === 'measure'
                       ? 'measure'
                       : 'cross';
-        this.#drag = { kind, from: [event.clientX, event.clientY], last: picture.at(event), window: slices.window, travel: 0 };
+        /* The first finger of two did not mean the cross-hair. */
+        if (kind === 'pinch' && this.#drag?.kind === 'cross') slices.goTo(this.#drag.index);
+        const index = transform(slices.inverse, slices.at);
+        this.#drag = { kind, index, from: [event.clientX, event.clientY], last: picture.at(event), window: slices.window, travel: 0 };
         if (kind === 'cross') this.#goTo(event);
     }
 
@@ -238,7 +242,7 @@ export class Slice {
         const sides = [scale(view.right, -1), view.right, view.up, scale(view.up, -1)];
         this.#letters.forEach((letter, i) => (letter.textContent = directionName(volume.space, sides[i])));
         const index = Math.round(transform(inverse, at)[this.axis]);
-        const nearer = this.seen ? `, × ${(this.#whole / view.scale).toFixed(1)}` : '';
+        const nearer = this.seen && area.width > 240 ? `, × ${(this.#whole / view.scale).toFixed(1)}` : '';
         this.#label.textContent = `${'ijk'[this.axis]} ${index} / ${volume.dims[this.axis] - 1}${nearer}`;
         updateScaleBar(this.#bar, view, this.picture);
     }
