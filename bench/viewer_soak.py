@@ -90,11 +90,17 @@ def main():
         hands = [Hand(viewer, size, i, start + args.seconds, i >= args.clients - args.slow) for i in range(args.clients)]
         for hand in hands:
             hand.start()
+        while not all(hand.ages for hand in hands) and all(hand.is_alive() for hand in hands):
+            time.sleep(0.05)
+        begin = minute = viewer.memory()
         while any(hand.is_alive() for hand in hands) and time.monotonic() - start < args.seconds + 120:
             time.sleep(min(30, args.seconds / 10))
             files, threads = viewer.counts()
+            if time.monotonic() - start <= 75:
+                minute = viewer.memory()
             print("%6.0f s  %7.1f MB resident, %d files, %d threads, %d frames" %
                   (time.monotonic() - start, viewer.memory() / 1e6, files, threads, sum(len(h.ages) for h in hands)), flush=True)
+        end = viewer.memory()
         lost = 0
         for hand in hands:
             lost += len(hand.sent) + hand.asked - hand.answered
@@ -102,7 +108,8 @@ def main():
             print("client %d%s: %d commands, %d frames, oldest %d, latency median %.1f ms, 95th percentile %.1f ms%s" %
                   (hand.number, " (slow)" if hand.slow else "", hand.commands, len(hand.ages), max(hand.ages, default=0), 1e3 * statistics.median(latency),
                    1e3 * latency[len(latency) * 95 // 100], ", " + hand.trouble if hand.trouble else ""))
-        print("lost: %d; oldest frame: %d frames" % (lost, max((max(h.ages, default=0) for h in hands), default=0)))
+        print("memory: %.1f MB at the first pictures, %.1f after a minute, %.1f at the end" % (begin / 1e6, minute / 1e6, end / 1e6))
+        print("lost answers: %d; oldest frame: %d frames" % (lost, max((max(h.ages, default=0) for h in hands), default=0)))
         return 1 if lost or viewer.stop() != 0 else 0
 
 
