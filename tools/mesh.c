@@ -4,7 +4,6 @@
 #include <float.h>
 #include <inttypes.h>
 #include <string.h>
-#include <strings.h>
 #include <unistd.h>
 
 #include "commands.h"
@@ -65,13 +64,11 @@ static bool assigned(void *user, const struct pel_option *row, struct pel_error 
 /* What can be refused before the work is done. */
 static bool check_output(const char *input, const char *output, struct pel_error *error)
 {
-    const char *dot = strrchr(output, '.');
     char folder[PEL_OPTION_TEXT_SIZE];
     if (!output[0])
         return tool_fail(error, PEL_ERROR_ARGUMENT, "mesh: nowhere to put the surface; give -o NAME.ply");
-    if (!dot || (strcasecmp(dot, ".ply") && strcasecmp(dot, ".stl") && strcasecmp(dot, ".obj") && strcasecmp(dot, ".vtp")))
-        return tool_fail(error, PEL_ERROR_ARGUMENT, "%.300s: surfaces are written as .ply, .stl, .obj or .vtp; give one of these endings",
-                         output);
+    if (!pel_check_mesh_path(output, error))
+        return false;
     if (tool_reads_from(input, output))
         return tool_fail(error, PEL_ERROR_ARGUMENT, "%.300s: the input is read from this file; choose another name for the output", output);
     snprintf(folder, sizeof folder, "%s", output);

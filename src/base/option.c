@@ -6,7 +6,6 @@
 
 #include <float.h>
 #include <limits.h>
-#include <locale.h>
 #include <math.h>
 #include <stdint.h>
 #include <stdio.h>
@@ -14,6 +13,7 @@
 #include <string.h>
 #include <strings.h>
 
+#include "c_locale.h"
 #include "fail.h"
 
 #define MAX_NUMBERS 6
@@ -252,12 +252,9 @@ bool pel_option_set(const struct pel_option *row, void *object, const char *text
         text = "true";
     if (!text)
         return pel_fail(error, PEL_ERROR_ARGUMENT, "%s: a value is missing", row->name);
-    locale_t c = newlocale(LC_ALL_MASK, "C", NULL), old = c ? uselocale(c) : NULL;
+    const struct pel_c_locale locale = pel_c_locale_begin();
     bool good = set(row, (char *)object + row->offset, text, error);
-    if (c) {
-        uselocale(old);
-        freelocale(c);
-    }
+    pel_c_locale_end(&locale);
     return good;
 }
 
@@ -332,11 +329,8 @@ int pel_option_get(const struct pel_option *row, const void *object, char *text,
     if (row->type == PEL_OPTION_TEXT)
         return snprintf(text, size, "%s", (const char *)field);
     char whole[MAX_NUMBERS * 32] = ""; /* a double takes at most 24 characters */
-    locale_t c = newlocale(LC_ALL_MASK, "C", NULL), old = c ? uselocale(c) : NULL;
+    const struct pel_c_locale locale = pel_c_locale_begin();
     get(row, field, whole, sizeof whole);
-    if (c) {
-        uselocale(old);
-        freelocale(c);
-    }
+    pel_c_locale_end(&locale);
     return snprintf(text, size, "%s", whole);
 }

@@ -16,6 +16,7 @@
 #include <pellucid/io.h>
 
 #include "alloc.h"
+#include "c_locale.h"
 #include "color_space.h"
 #include "fail.h"
 #include "json_file.h"
@@ -434,7 +435,9 @@ bool pel_colormap_parse(const char *text, size_t size, const char *name, double 
     while (at < size && isspace((unsigned char)text[at]))
         at++;
     bool xml = at < size && text[at] == '<';
+    const struct pel_c_locale locale = pel_c_locale_begin();
     bool ok = (xml ? parse_xml : parse_json)(text + at, size - at, name, &preset, error) && apply(&preset, lo, hi, transfer, error);
+    pel_c_locale_end(&locale);
     preset_finish(&preset);
     return ok;
 }
