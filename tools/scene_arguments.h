@@ -112,6 +112,9 @@ void scene_move_camera(struct loaded_scene *loaded, const struct scene_arguments
 bool volume_load(const char *path, const char *array, const char *raw, bool scalar, struct progress *progress, bool quiet,
                  struct pel_volume *volume, struct pel_file_info *info, struct pel_error *error);
 
+/* Whether every sample is void. */
+bool volume_is_void(const struct pel_volume *volume);
+
 /* Makes the scene's parts; used by scene_load. */
 bool scene_check_device(const struct loaded_scene *loaded, const struct scene_arguments *values, struct pel_error *error);
 bool scene_open_device(struct loaded_scene *loaded, const struct scene_arguments *values, struct pel_error *error);

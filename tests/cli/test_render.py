@@ -239,6 +239,8 @@ with Folder() as folder:
     check(not run("render", field, "-o", one, "--size", "20", "--quiet").err, "--quiet silences it")
     result = fine("an isovalue beyond the data", *base, "-o", one, "--isovalue", "1e6")
     check("nothing to be seen" in result.err and colours(one) == 1, "a note tells of an empty picture", result)
+    result = fine("nothing but voids", "render", nrrd(folder / "void.nrrd", [4, 4, 4], "f", [float("nan")] * 64), "-o", one, "--size", "20")
+    check("every sample is void" in result.err, "a note tells of it", result)
     fails("no such colour map", 2, "viridis", *base, "-o", folder / "no.png", "--colormap", "viridi")
     fails("an opacity of 4", 2, "--opacity", *base, "-o", folder / "no.png", "--opacity", "1:4")
     fails("a colour map file that is not there", 1, "nofile.json", *base, "-o", folder / "no.png", "--colormap", "nofile.json")
