@@ -59,7 +59,7 @@ static bool assigned(void *user, const struct pel_option *row, struct pel_error 
 {
     struct values *v = user;
     return strcmp(row->name, "isovalue") != 0 ||
-           append_numbers(v->isovalues, &v->isovalue_count, -DBL_MAX, DBL_MAX, "--isovalue", v->isovalue, error);
+           append_isovalues(v->isovalues, &v->isovalue_count, v->isovalue, error);
 }
 
 /* What can be refused before the work is done. */

@@ -137,6 +137,18 @@ bool append_numbers(double *items, int *count, double lo, double hi, const char 
     }
 }
 
+bool append_isovalues(double *items, int *count, const char *text, struct pel_error *error)
+{
+    if (!append_numbers(items, count, ANY, "--isovalue", text, error))
+        return false;
+    for (int i = 0; i < *count; i++)
+        for (int k = 0; k < i; k++)
+            if (items[k] == items[i])
+                return tool_fail(error, PEL_ERROR_ARGUMENT, "--isovalue: %.9g is given twice, and its surface would be there twice; give it once",
+                                 items[i]);
+    return true;
+}
+
 static bool append_color(struct scene_arguments *values, struct pel_error *error)
 {
     const struct pel_option row = { "--iso-color", "", "", PEL_OPTION_COLOR, 0, 0, 1, NULL, NULL, NULL };
@@ -169,7 +181,7 @@ static bool assigned(void *user, const struct pel_option *row, struct pel_error 
 {
     struct scene_arguments *v = user;
     if (strcmp(row->name, "isovalue") == 0)
-        return append_numbers(v->isovalues.items, &v->isovalues.count, ANY, "--isovalue", v->isovalue, error);
+        return append_isovalues(v->isovalues.items, &v->isovalues.count, v->isovalue, error);
     if (strcmp(row->name, "iso-opacity") == 0)
         return append_numbers(v->iso_opacities.items, &v->iso_opacities.count, 0, 1, "--iso-opacity", v->iso_opacity, error);
     if (strcmp(row->name, "iso-color") == 0)

@@ -83,6 +83,9 @@ void scene_arguments_attach(struct arguments *arguments, struct scene_arguments 
 /* Appends the numbers of a text with commas to the up to PEL_MAX_ISOSURFACES items that there are. */
 bool append_numbers(double *items, int *count, double least, double most, const char *flag, const char *text, struct pel_error *error);
 
+/* The same for --isovalue, each of which must be another. */
+bool append_isovalues(double *items, int *count, const char *text, struct pel_error *error);
+
 /* A scene, its volume, and what is known of the file. */
 struct loaded_scene {
     struct pel_scene scene;

@@ -124,6 +124,7 @@ with Folder() as folder:
     fails("an ending that is not known", 2, ".ply, .stl, .obj or .vtp", "mesh", folder / "s.nrrd", "-o", folder / "x.foo")
     fails("no folder", 1, "no folder", "mesh", folder / "s.nrrd", "-o", folder / "nowhere/x.ply")
     fails("no number", 2, "--isovalue", "mesh", folder / "s.nrrd", "--isovalue", "bone", "-o", folder / "x.ply")
+    fails("an isovalue twice", 2, "40 is given twice", "mesh", folder / "s.nrrd", "--isovalue", "40,0", "--isovalue", "4e1", "-o", folder / "x.ply")
     fails("too many", 2, "at most 16", "mesh", folder / "s.nrrd", "--isovalue", ",".join(["1"] * 17), "-o", folder / "x.ply")
     fails("no file", 1, "not-there", "mesh", folder / "not-there.nrrd", "-o", folder / "x.ply")
     fails("a flat volume", 1, "flat", "mesh", nrrd(folder / "flat.nrrd", [4, 4, 1], "B", range(16)), "--isovalue", "3", "-o", folder / "x.ply")
