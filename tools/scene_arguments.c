@@ -227,6 +227,47 @@ static int group_of(const struct pel_technique_info *technique)
     return technique->options[0].name ? group : -1;
 }
 
+/* Whether an option is one of this group or of those from `first` to before it. */
+static bool has_option(const struct option_group *groups, int first, int end, const char *name)
+{
+    for (int g = first; g < end; g++)
+        if (pel_option_find(groups[g].rows, name))
+            return true;
+    return false;
+}
+
+/* "peel and mesh": the techniques that have an option. */
+static void owners_of(const char *name, char *text, size_t size)
+{
+    const struct pel_technique_info *technique;
+    text[0] = 0;
+    for (size_t i = 0; (technique = pel_technique_at(i)); i++)
+        if (pel_option_find(technique->options, name))
+            snprintf(text + strlen(text), size - strlen(text), "%s%s", text[0] ? " and " : "", technique->name);
+}
+
+void scene_tell_idle(const struct arguments *arguments, const struct scene_arguments *values, const struct pel_technique_info *technique,
+                     enum pel_mode mode)
+{
+    const struct option_group *groups = option_groups(arguments->command);
+    char owners[256];
+    for (int g = GROUP_OWN + 1; groups[g].title; g++)
+        for (int r = 0; groups[g].rows[r].name; r++) {
+            const char *name = groups[g].rows[r].name;
+            if (!arguments->text[g][r] || pel_option_find(technique->options, name) || has_option(groups, 0, GROUP_OWN + 1, name) ||
+                has_option(groups, GROUP_OWN + 1, g, name))
+                continue;
+            owners_of(name, owners, sizeof owners);
+            tool_note("--%s has no effect with the technique %s; it is an option of %s", name, technique->name, owners);
+        }
+    if (mode == PEL_MODE_ISOSURFACE)
+        return;
+    if (values->iso_color_count > 0)
+        tool_note("--iso-color has no effect but with --isovalue or --mode isosurface");
+    if (values->iso_opacities.count > 0)
+        tool_note("--iso-opacity has no effect but with --isovalue or --mode isosurface");
+}
+
 bool scene_merge_technique(const struct pel_technique_info *technique, const struct arguments *arguments,
                            struct pel_technique_choice *choice, struct pel_error *error)
 {

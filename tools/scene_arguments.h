@@ -108,6 +108,10 @@ void scene_unload(struct loaded_scene *loaded);
 bool scene_merge_technique(const struct pel_technique_info *technique, const struct arguments *arguments,
                            struct pel_technique_choice *choice, struct pel_error *error);
 
+/* Notes the options that were given and change nothing: those of other techniques, and those of isosurfaces in another mode. */
+void scene_tell_idle(const struct arguments *arguments, const struct scene_arguments *values, const struct pel_technique_info *technique,
+                     enum pel_mode mode);
+
 /* Sets the scene's camera: the base camera with the moves of the flags, after a further turn by `azimuth` degrees. */
 void scene_move_camera(struct loaded_scene *loaded, const struct scene_arguments *values, double azimuth);
 

@@ -206,6 +206,8 @@ static bool load(struct loaded_scene *loaded, const struct arguments *arguments,
         return false;
     if (!find_source(&scene->source, arguments, values, path, error) || !set_optics(loaded, arguments, values, error))
         return false;
+    if (!values->quiet)
+        scene_tell_idle(arguments, values, pel_technique_find(loaded->technique), scene->render.mode);
     double start = tool_milliseconds();
     if (!volume_load(scene->source.path, scene->source.array, scene->source.raw, true, progress, values->quiet, &loaded->volume,
                      &loaded->info, error))
