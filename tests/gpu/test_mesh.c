@@ -212,6 +212,10 @@ static void test_refusals(void **state)
     scene.render.mode = PEL_MODE_COMPOSITE;
     expect_refused(renderer, &scene, PEL_ERROR_ARGUMENT, "isosurface");
     scene.render.mode = PEL_MODE_ISOSURFACE;
+    set(renderer, "extract", "gpu");
+    set(renderer, "tolerance", "0.1");
+    expect_refused(renderer, &scene, PEL_ERROR_ARGUMENT, "tolerance 0");
+    set(renderer, "extract", "cpu");
     make_volume(&flat, 9, 1, 9, PEL_U8, constant_one);
     scene.volume = &flat;
     expect_refused(renderer, &scene, PEL_ERROR_UNSUPPORTED, "flat");
