@@ -100,7 +100,7 @@ const struct pel_option engine_rows[] = {
       "raycast", NULL, NULL },
     { "device", "Device", "What draws: auto (a hardware GPU if there is one, else the CPU), cpu, gpu, gpu:N; `pellucid devices` lists them",
       PEL_OPTION_TEXT, FIELD(device), NO_LIMITS, "auto", NULL, NULL },
-    { "gpu-memory", "GPU memory", "Of the GPU, for the volume; a larger one is drawn in bricks that come and go. 0 is what is free",
+    { "gpu-memory", "GPU memory", "Of the GPU, for the volume and what is made of it; a larger one is drawn in bricks that come and go. 0 is what is free",
       PEL_OPTION_DOUBLE, FIELD(gpu_memory), 0, 1e9, "0", NULL, "MB" },
     { "threads", "Threads", "Threads of the CPU engine; 0 is as many as the machine has", PEL_OPTION_INT, FIELD(threads), 0, 1024, "0",
       NULL, NULL },

@@ -360,6 +360,52 @@ static void test_tiles(void **state)
     pel_volume_finish(&volume);
 }
 
+/* What it keeps is held against the memory allowed: too little is refused, be it for the volume or for the masks beside it. */
+static void test_memory(void **state)
+{
+    (void)state;
+    need_device();
+    struct pel_volume volume;
+    struct pel_scene scene;
+    struct pel_image whole, image;
+    struct pel_renderer *free_one = gpu_renderer();
+    int no_volume = 0, no_masks = 0, drawn = 0;
+    make_typed(&volume, &scene, PEL_U8, crumbs);
+    scene.render.mode = PEL_MODE_ISOSURFACE;
+    draw_by(free_one, &scene, "peel", 24, 24, true, &whole);
+    for (uint64_t limit = 20000; limit < 80000; limit += 256) {
+        struct pel_error error = PEL_ERROR_INIT;
+        struct pel_device_params params = PEL_DEVICE_PARAMS_INIT;
+        struct pel_renderer_params on = PEL_RENDERER_PARAMS_INIT;
+        params.memory_limit = limit;
+        on.device = pel_device_create(-1, &params, NULL);
+        struct pel_renderer *renderer = pel_renderer_create(&on, NULL);
+        set_option(renderer, "mask-path", "compute");
+        pel_image_init(&image);
+        assert_true(pel_image_allocate(&image, 24, 24, true, NULL));
+        if (pel_renderer_draw(renderer, &scene, "peel", &image, &error)) {
+            check_same_bytes(&whole, &image, "under a limit");
+            drawn++;
+            limit += 8192; /* that more does is looked at in longer steps */
+        } else {
+            assert_int_equal(error.code, PEL_ERROR_UNSUPPORTED);
+            assert_int_equal(drawn, 0);
+            no_volume += strstr(error.message, "whole volume") != NULL;
+            no_masks += strstr(error.message, "masks beside them") != NULL;
+        }
+        pel_image_finish(&image);
+        pel_renderer_destroy(renderer);
+        pel_device_destroy(on.device);
+        limit += no_volume && !no_masks && limit < 38000 ? 4096 : 0;
+    }
+    print_message("%d limits hold no volume, %d no masks beside it, %d do\n", no_volume, no_masks, drawn);
+    assert_true(no_volume > 0 && no_masks > 0 && drawn > 0);
+    pel_image_finish(&whole);
+    pel_renderer_destroy(free_one);
+    pel_scene_finish(&scene);
+    pel_volume_finish(&volume);
+}
+
 /* The active cells of one frame. */
 static uint64_t active_cells(struct pel_renderer *renderer, const struct pel_scene *scene)
 {
@@ -462,7 +508,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_views),    cmocka_unit_test(test_close_ups), cmocka_unit_test(test_scenes),   cmocka_unit_test(test_exact_roots),
         cmocka_unit_test(test_changes),  cmocka_unit_test(test_counters),  cmocka_unit_test(test_tiles),    cmocka_unit_test(test_refusals),
-        cmocka_unit_test(test_ranges),
+        cmocka_unit_test(test_ranges),   cmocka_unit_test(test_memory),
     };
     return cmocka_run_group_tests(tests, open_device, close_device);
 }

@@ -46,6 +46,11 @@ void pel_peel_destroy(struct pel_peel *p)
 
 /* ---- preparing a frame ---- */
 
+uint64_t pel_peel_held(const struct pel_peel *p)
+{
+    return p->volume.bytes + p->ranges.bytes + p->pyramid.base.bytes + p->pyramid.levels.bytes + p->tree.bytes;
+}
+
 /* The volume, the macro-cells' ranges and the counts over them must all fit. */
 static bool fits(const struct pel_peel *p, const struct pel_volume *v, struct pel_error *error)
 {
@@ -54,7 +59,7 @@ static bool fits(const struct pel_peel *p, const struct pel_volume *v, struct pe
     pel_peel_grid(&p->job, p->options.granularity, grid);
     for (int a = 0; a < 3; a++)
         cells *= (uint64_t)grid[a];
-    return pel_gpu_volume_fits(p->device, &p->format, v, cells * (2 * (uint64_t)p->format.bytes + 2)) ||
+    return pel_gpu_volume_fits(p->device, &p->format, v, cells * 2 * (uint64_t)p->format.bytes + pel_histopyramid_bytes((size_t)cells)) ||
            pel_fail(error, PEL_ERROR_UNSUPPORTED,
                     "peel keeps the whole volume on the device, which does not hold it; use the technique raycast");
 }
@@ -249,7 +254,8 @@ static bool draw_tiles(struct pel_peel *p, const struct pel_frame *frame, enum p
     if (!program || !screen[2])
         return program != 0;
     if (masked(p)) {
-        pel_peel_mask_tile(p, sides);
+        if (!pel_peel_mask_tile(p, sides, error))
+            return false;
         const int first[4] = { screen[0], screen[1], sides[0], sides[1] };
         if (!pel_peel_choose_path(p, first, path, error))
             return false;
