@@ -13,7 +13,6 @@
 #include "rays.h"
 #include "timer.h"
 
-#define TILE 8 /* pixels a side (tile.glsl) */
 #define COUNTER_ROWS 64
 #define STRIP_SAMPLES 3e8 /* in one dispatch: no driver may take it for a hang */
 
@@ -196,14 +195,14 @@ static int strip_rows(const struct pel_peel *p, const struct pel_frame *frame, i
     pel_volume_bounds(frame->scene->volume, bounds);
     for (int a = 0; a < 3; a++)
         diagonal += (bounds[2 * a + 1] - bounds[2 * a]) * (bounds[2 * a + 1] - bounds[2 * a]);
-    double row = (sqrt(diagonal) / p->job.step + 1) * columns * TILE * TILE;
+    double row = (sqrt(diagonal) / p->job.step + 1) * columns * PEL_TILE_SIDE * PEL_TILE_SIDE;
     return (int)fmin(fmax(STRIP_SAMPLES / row, 1), 1 << 20);
 }
 
 /* Casts the rays of a rectangle, whose masks are bound. */
 static bool cast_rays(struct pel_peel *p, const struct pel_frame *frame, GLuint program, const int tile[4], struct pel_error *error)
 {
-    const int columns = tile[2] / TILE, all = tile[3] / TILE, rows = strip_rows(p, frame, columns), total = p->screen[3] / TILE;
+    const int columns = tile[2] / PEL_TILE_SIDE, all = tile[3] / PEL_TILE_SIDE, rows = strip_rows(p, frame, columns), total = p->screen[3] / PEL_TILE_SIDE;
     glUseProgram(program);
     glBindTextureUnit(PEL_UNIT_VOLUME, p->volume.name);
     glBindTextureUnit(PEL_UNIT_MASK_TABLE, p->mask_table.name);
@@ -216,9 +215,9 @@ static bool cast_rays(struct pel_peel *p, const struct pel_frame *frame, GLuint 
     glBindImageTexture(0, p->picture.name, 0, GL_FALSE, 0, GL_WRITE_ONLY, GL_RGBA32F);
     glBindImageTexture(1, p->depth.name, 0, GL_FALSE, 0, GL_WRITE_ONLY, GL_R32F);
     for (int y = 0; y < all; y += rows) {
-        if (!pel_progress_report(frame->progress, fmin((double)((tile[1] - p->screen[1]) / TILE + y) / total, 1), error))
+        if (!pel_progress_report(frame->progress, fmin((double)((tile[1] - p->screen[1]) / PEL_TILE_SIDE + y) / total, 1), error))
             return false;
-        glProgramUniform4i(program, 0, tile[0] / TILE, tile[1] / TILE + y, 0, 0);
+        glProgramUniform4i(program, 0, tile[0] / PEL_TILE_SIDE, tile[1] / PEL_TILE_SIDE + y, 0, 0);
         glDispatchCompute((GLuint)columns, (GLuint)(all - y < rows ? all - y : rows), 1);
         glFlush();
     }

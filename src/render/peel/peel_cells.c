@@ -54,6 +54,9 @@ bool pel_peel_find_active(struct pel_peel *p, struct pel_error *error)
     pel_histopyramid_dispatch((cells + PEL_HISTO_GROUP - 1) / PEL_HISTO_GROUP);
     if (!pel_histopyramid_build(p->device, &p->programs, &p->pyramid, error))
         return false;
+    if (p->pyramid.total > INT32_MAX) /* glDrawArrays and gl_VertexID count no further */
+        return pel_fail(error, PEL_ERROR_UNSUPPORTED, "peel: %u active cells are more than are drawn at once; take a coarser granularity",
+                        (unsigned)p->pyramid.total);
     p->counted = true;
     return true;
 }

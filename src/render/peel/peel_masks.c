@@ -9,7 +9,6 @@
 #include "peel.h"
 #include "timer.h"
 
-#define TILE 8
 #define MOST_MASK_BYTES ((uint64_t)256 << 20) /* at once */
 
 /* Slices of a layer: R16UI is drawn to, R32UI can be written by atomics. */
@@ -29,7 +28,7 @@ bool pel_peel_mask_tile(const struct pel_peel *p, int sides[2], struct pel_error
     const uint64_t limit = p->device->params.memory_limit, held = pel_peel_held(p);
     const int ways = p->options.path == PEL_MASKS_AUTO && p->chosen == PEL_MASKS_AUTO ? 2 : 1; /* to be measured */
     uint64_t room = MOST_MASK_BYTES, pixel = 4 * (uint64_t)pel_peel_layers(p, PEL_MASKS_COMPUTE) * (uint64_t)ways; /* in either way */
-    if (limit && (held >= limit || limit - held < TILE * TILE * pixel))
+    if (limit && (held >= limit || limit - held < PEL_TILE_SIDE * PEL_TILE_SIDE * pixel))
         return pel_fail(error, PEL_ERROR_UNSUPPORTED,
                         "peel keeps %.6g MB on the device, and masks beside them are more than the %.6g MB that it may take (--gpu-memory); "
                         "take a coarser granularity, or the technique raycast",
@@ -40,10 +39,10 @@ bool pel_peel_mask_tile(const struct pel_peel *p, int sides[2], struct pel_error
         sides[i] = p->screen[2 + i];
     if ((uint64_t)sides[0] * (uint64_t)sides[1] * pixel <= room)
         return true;
-    int side = (int)sqrt((double)room / (double)pixel) / TILE * TILE;
+    int side = (int)sqrt((double)room / (double)pixel) / PEL_TILE_SIDE * PEL_TILE_SIDE;
     for (int i = 0; i < 2; i++)
         if (sides[i] > side)
-            sides[i] = side > TILE ? side : TILE;
+            sides[i] = side > PEL_TILE_SIDE ? side : PEL_TILE_SIDE;
     return true;
 }
 
