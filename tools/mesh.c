@@ -58,8 +58,7 @@ static const struct option_group groups[] = { { "Options", rows, extras }, { NUL
 static bool assigned(void *user, const struct pel_option *row, struct pel_error *error)
 {
     struct values *v = user;
-    return strcmp(row->name, "isovalue") != 0 ||
-           append_isovalues(v->isovalues, &v->isovalue_count, v->isovalue, error);
+    return strcmp(row->name, "isovalue") != 0 || append_isovalues(v->isovalues, &v->isovalue_count, v->isovalue, error);
 }
 
 /* What can be refused before the work is done. */
@@ -98,7 +97,8 @@ static void why_empty(const struct pel_volume *volume, double isovalue, char *te
     if (isovalue > hi)
         snprintf(text, size, "no value reaches the isovalue %.9g; the values go from %.9g to %.9g", isovalue, lo, hi);
     else if (isovalue <= lo)
-        snprintf(text, size, "no value is below the isovalue %.9g; the values go from %.9g to %.9g; take one above the least", isovalue, lo, hi);
+        snprintf(text, size, "no value is below the isovalue %.9g; the values go from %.9g to %.9g; take one above the least", isovalue, lo,
+                 hi);
     else
         snprintf(text, size, "no cell without voids has values on both sides of the isovalue %.9g", isovalue);
 }
@@ -129,10 +129,11 @@ struct facts {
 static void tell(const struct values *values, const char *path, const struct pel_mesh *mesh, const struct facts *facts)
 {
     if (facts->open > 0)
-        tool_note("%s: the surface is open: %" PRId64 " edges have one triangle, where it leaves the volume or meets voids", path, facts->open);
+        tool_note("%s: the surface is open: %" PRId64 " edges have one triangle, where it leaves the volume or meets voids", path,
+                  facts->open);
     if (facts->flat > 0)
-        tool_note("%s: %zu of %zu triangles have no area, as voxels are exactly the isovalue and the surface touches itself there; an isovalue "
-                  "between the values has none",
+        tool_note("%s: %zu of %zu triangles have no area, as voxels are exactly the isovalue and the surface touches itself there; an "
+                  "isovalue between the values has none",
                   path, facts->flat, mesh->triangle_count);
     const char *dot = strrchr(values->output, '.');
     if (dot && strcasecmp(dot, ".stl") == 0 && pel_mesh_is_far(mesh))
@@ -281,8 +282,8 @@ const struct command command_mesh = {
         "made one; a note tells how many triangles keep no area, as the surface touches itself there.\n\n"
         "An isovalue that no surface has is an error, and no file is written; of several, those that have none are noted.\n\n"
         "Of several surfaces in one file PLY and VTP tell the isovalue of each vertex, OBJ has a group each, STL only the triangles.\n\n"
-        "--stats json prints one object with the keys load_ms, extract_ms, collapse_ms, write_ms, vertices, triangles, flat_triangles (without "
-        "area), open_edges, bounds and surfaces (isovalue, vertices and triangles of each).",
+        "--stats json prints one object with the keys load_ms, extract_ms, collapse_ms, write_ms, vertices, triangles, flat_triangles "
+        "(without area), open_edges, bounds and surfaces (isovalue, vertices and triangles of each).",
     .examples = "  pellucid mesh head.nrrd --isovalue 140 -o skull.ply\n"
                 "  pellucid mesh head.nrrd --isovalue 40,140 -o head.vtp --stats\n"
                 "  pellucid mesh scan.nii.gz -o scan.stl",

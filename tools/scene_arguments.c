@@ -96,11 +96,13 @@ const struct option_extra move_extras[] = { { "azimuth", 0, "DEGREES", NULL, fal
 
 const struct pel_option engine_rows[] = {
     { "size", "Size", "Width and height of the picture", PEL_OPTION_SIZE, FIELD(size), 1, PEL_IMAGE_MAX, "512x512", NULL, "pixels" },
-    { "technique", "Technique", "How the picture is made; `pellucid techniques` lists them; auto measures raycast against peel where both can draw", PEL_OPTION_TEXT, FIELD(technique), NO_LIMITS,
-      "raycast", NULL, NULL },
+    { "technique", "Technique",
+      "How the picture is made; `pellucid techniques` lists them; auto measures raycast against peel where both can draw", PEL_OPTION_TEXT,
+      FIELD(technique), NO_LIMITS, "raycast", NULL, NULL },
     { "device", "Device", "What draws: auto (a hardware GPU if there is one, else the CPU), cpu, gpu, gpu:N; `pellucid devices` lists them",
       PEL_OPTION_TEXT, FIELD(device), NO_LIMITS, "auto", NULL, NULL },
-    { "gpu-memory", "GPU memory", "Of the GPU, for the volume and what is made of it; a larger one is drawn in bricks that come and go. 0 is what is free",
+    { "gpu-memory", "GPU memory",
+      "Of the GPU, for the volume and what is made of it; a larger one is drawn in bricks that come and go. 0 is what is free",
       PEL_OPTION_DOUBLE, FIELD(gpu_memory), 0, 1e9, "0", NULL, "MB" },
     { "threads", "Threads", "Threads of the CPU engine; 0 is as many as the machine has", PEL_OPTION_INT, FIELD(threads), 0, 1024, "0",
       NULL, NULL },
@@ -144,8 +146,8 @@ bool append_isovalues(double *items, int *count, const char *text, struct pel_er
     for (int i = 0; i < *count; i++)
         for (int k = 0; k < i; k++)
             if (items[k] == items[i])
-                return tool_fail(error, PEL_ERROR_ARGUMENT, "--isovalue: %.9g is given twice, and its surface would be there twice; give it once",
-                                 items[i]);
+                return tool_fail(error, PEL_ERROR_ARGUMENT,
+                                 "--isovalue: %.9g is given twice, and its surface would be there twice; give it once", items[i]);
     return true;
 }
 

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: MIT */
-/* Numbers in texts that programs read have a point, whatever the host program's locale says: the "C" locale, for this thread and a while. */
+/* Numbers in texts that programs read have a point, whatever the host program's locale says: the "C" locale, for this thread and a while.
+ */
 #ifndef PEL_BASE_C_LOCALE_H
 #define PEL_BASE_C_LOCALE_H
 

@@ -147,14 +147,16 @@ static bool read_named_color(const char *text, double rgba[4])
         const char *name;
         unsigned rgb;
     } named[] = {
-        { "black", 0x000000 },     { "white", 0xffffff },     { "silver", 0xc0c0c0 },  { "maroon", 0x800000 },    { "red", 0xff0000 },
-        { "purple", 0x800080 },    { "fuchsia", 0xff00ff },   { "magenta", 0xff00ff }, { "green", 0x008000 },     { "lime", 0x00ff00 },
-        { "olive", 0x808000 },     { "yellow", 0xffff00 },    { "navy", 0x000080 },    { "blue", 0x0000ff },      { "teal", 0x008080 },
-        { "aqua", 0x00ffff },      { "cyan", 0x00ffff },      { "orange", 0xffa500 },  { "gold", 0xffd700 },      { "pink", 0xffc0cb },
-        { "brown", 0xa52a2a },     { "tan", 0xd2b48c },       { "beige", 0xf5f5dc },   { "ivory", 0xfffff0 },     { "salmon", 0xfa8072 },
-        { "coral", 0xff7f50 },     { "tomato", 0xff6347 },    { "crimson", 0xdc143c }, { "violet", 0xee82ee },    { "indigo", 0x4b0082 },
-        { "turquoise", 0x40e0d0 }, { "skyblue", 0x87ceeb },   { "steelblue", 0x4682b4 }, { "lightgray", 0xd3d3d3 }, { "lightgrey", 0xd3d3d3 },
-        { "darkgray", 0xa9a9a9 },  { "darkgrey", 0xa9a9a9 },
+        { "black", 0x000000 },     { "white", 0xffffff },     { "silver", 0xc0c0c0 },    { "maroon", 0x800000 },
+        { "red", 0xff0000 },       { "purple", 0x800080 },    { "fuchsia", 0xff00ff },   { "magenta", 0xff00ff },
+        { "green", 0x008000 },     { "lime", 0x00ff00 },      { "olive", 0x808000 },     { "yellow", 0xffff00 },
+        { "navy", 0x000080 },      { "blue", 0x0000ff },      { "teal", 0x008080 },      { "aqua", 0x00ffff },
+        { "cyan", 0x00ffff },      { "orange", 0xffa500 },    { "gold", 0xffd700 },      { "pink", 0xffc0cb },
+        { "brown", 0xa52a2a },     { "tan", 0xd2b48c },       { "beige", 0xf5f5dc },     { "ivory", 0xfffff0 },
+        { "salmon", 0xfa8072 },    { "coral", 0xff7f50 },     { "tomato", 0xff6347 },    { "crimson", 0xdc143c },
+        { "violet", 0xee82ee },    { "indigo", 0x4b0082 },    { "turquoise", 0x40e0d0 }, { "skyblue", 0x87ceeb },
+        { "steelblue", 0x4682b4 }, { "lightgray", 0xd3d3d3 }, { "lightgrey", 0xd3d3d3 }, { "darkgray", 0xa9a9a9 },
+        { "darkgrey", 0xa9a9a9 },
     };
     const bool gray = !strcasecmp(text, "gray") || !strcasecmp(text, "grey"), transparent = !strcasecmp(text, "transparent");
     for (int c = 0; (gray || transparent) && c < 4; c++)
@@ -264,7 +266,10 @@ static bool set(const struct pel_option *row, void *field, const char *text, str
         return set_numbers(row, field, 6, "six numbers with commas between, each", text, error);
     case PEL_OPTION_COLOR:
         if (!read_color(text, rgba))
-            return refuse(row, text, "a colour: \"r,g,b\" or \"r,g,b,a\" from 0 to 1, \"#rgb\", \"#rrggbb\", a name such as red, navy, orange, gray, or transparent", error);
+            return refuse(row, text,
+                          "a colour: \"r,g,b\" or \"r,g,b,a\" from 0 to 1, \"#rgb\", \"#rrggbb\", a name such as red, navy, orange, gray, "
+                          "or transparent",
+                          error);
         memcpy(field, rgba, sizeof rgba);
         return true;
     case PEL_OPTION_SIZE:

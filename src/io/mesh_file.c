@@ -65,7 +65,11 @@ static const struct pel_mesh_format *format_of(const char *path, struct pel_erro
         if (pel_path_has_ending(path, formats[i]->endings))
             return formats[i];
     for (size_t i = 0; formats[i] && used < sizeof endings; i++)
-        used += (size_t)snprintf(endings + used, sizeof endings - used, "%s%s", !i ? "" : formats[i + 1] ? ", " : " or ", formats[i]->endings);
+        used += (size_t)snprintf(endings + used, sizeof endings - used, "%s%s",
+                                 !i               ? ""
+                                 : formats[i + 1] ? ", "
+                                                  : " or ",
+                                 formats[i]->endings);
     pel_fail(error, PEL_ERROR_ARGUMENT, "%s: surfaces are written as %s; give one of these endings", path, endings);
     return NULL;
 }

@@ -265,7 +265,8 @@ static void test_memory(void **state)
             assert_true(pel_image_allocate(&image, SIDE, SIDE, true, NULL));
             if (pel_renderer_draw(renderer, &scene, "mesh", &image, &error)) {
                 check_same_bytes(&whole, &image, "under a limit");
-                check_at_most((double)frame_counter(renderer, "bytes on the device"), (double)limit + PICTURE, "variant %d: bytes, limit %d", variant, (int)limit);
+                check_at_most((double)frame_counter(renderer, "bytes on the device"), (double)limit + PICTURE,
+                              "variant %d: bytes, limit %d", variant, (int)limit);
                 drawn++;
             } else {
                 assert_int_equal(error.code, PEL_ERROR_UNSUPPORTED);
@@ -278,7 +279,8 @@ static void test_memory(void **state)
             assert_int_equal(pel_device_objects(on), 0);
             pel_device_destroy(on);
         }
-        print_message("extracted by the %s, %s: %d limits refused, %d drawn\n", ways[variant / 2], variant & 1 ? "translucent" : "opaque", refused, drawn);
+        print_message("extracted by the %s, %s: %d limits refused, %d drawn\n", ways[variant / 2], variant & 1 ? "translucent" : "opaque",
+                      refused, drawn);
         assert_true(refused > 1 && drawn > 1);
         pel_image_finish(&whole);
         pel_scene_finish(&scene);
@@ -291,7 +293,8 @@ static void test_close_ups(void **state)
 {
     (void)state;
     need_device();
-    static const double eyes[][3] = { { 14, 12, 13 }, { 6.5, 9, 20 }, { 20, 3, 8 } }, to[][3] = { { 28, 20, 3 }, { 14, 12, 13 }, { 2, 22, 25 } };
+    static const double eyes[][3] = { { 14, 12, 13 }, { 6.5, 9, 20 }, { 20, 3, 8 } },
+                        to[][3] = { { 28, 20, 3 }, { 14, 12, 13 }, { 2, 22, 25 } };
     struct pel_renderer *renderer = gpu_renderer();
     for (int view = 0; view < 6; view++) {
         struct pel_volume volume;
@@ -300,7 +303,7 @@ static void test_close_ups(void **state)
         make_surfaces(&volume, &scene, PEL_F32, blob, view & 1 ? 0.4 : 1);
         pel_volume_index_to_world(&volume, eyes[view / 2], scene.camera.position);
         pel_volume_index_to_world(&volume, to[view / 2], scene.camera.focal_point);
-        scene.camera.view_angle = (double[]){ 60, 90, 120 }[view / 2];
+        scene.camera.view_angle = (double[]) { 60, 90, 120 }[view / 2];
         draw_truth(&scene, 200, 160, &truth);
         draw_mesh(renderer, &scene, 200, 160, &mesh);
         check_at_most(uncovered(&truth, &mesh), 1, "close-up %d: thousandths of the pixels covered in one alone", view);
@@ -392,7 +395,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_raycast),  cmocka_unit_test(test_many_layers), cmocka_unit_test(test_extraction),
-        cmocka_unit_test(test_refusals), cmocka_unit_test(test_changes),    cmocka_unit_test(test_coincident),
+        cmocka_unit_test(test_refusals), cmocka_unit_test(test_changes),     cmocka_unit_test(test_coincident),
         cmocka_unit_test(test_memory),   cmocka_unit_test(test_close_ups),
     };
     return cmocka_run_group_tests(tests, open_device, close_device);

@@ -417,7 +417,8 @@ static struct activity active_cells(struct pel_renderer *renderer, const struct 
     struct pel_image image;
     draw_by(renderer, scene, "peel", 24, 20, true, &image);
     pel_image_finish(&image);
-    return (struct activity) { frame_counter(renderer, "active cells"), frame_counter(renderer, "rays with segments"), frame_counter(renderer, "segments") };
+    return (struct activity) { frame_counter(renderer, "active cells"), frame_counter(renderer, "rays with segments"),
+                               frame_counter(renderer, "segments") };
 }
 
 /* In software the CPU makes the cells' ranges: they are those that the device makes on hardware. */
@@ -450,10 +451,11 @@ static void test_ranges(void **state)
                         cells[k] = active_cells(by[k], &scene);
                     }
                     info->software = software;
-                    if (memcmp(&cells[0], &cells[1], sizeof *cells) || (i < 3 && cells[0].cells == 0) || (i == 4 && (cells[0].cells == 0) != voids))
+                    if (memcmp(&cells[0], &cells[1], sizeof *cells) || (i < 3 && cells[0].cells == 0) ||
+                        (i == 4 && (cells[0].cells == 0) != voids))
                         fail_msg("%s, voids %d, granularity %d, surface %d: %d cells and %d segments by the device, %d and %d by the CPU",
-                                 pel_type_name((enum pel_type)type), voids, grain, i, (int)cells[0].cells, (int)cells[0].segments, (int)cells[1].cells,
-                                 (int)cells[1].segments);
+                                 pel_type_name((enum pel_type)type), voids, grain, i, (int)cells[0].cells, (int)cells[0].segments,
+                                 (int)cells[1].cells, (int)cells[1].segments);
                 }
             pel_renderer_destroy(by[0]);
             pel_renderer_destroy(by[1]);
@@ -515,9 +517,9 @@ static void test_refusals(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_views),    cmocka_unit_test(test_close_ups), cmocka_unit_test(test_scenes),   cmocka_unit_test(test_exact_roots),
-        cmocka_unit_test(test_changes),  cmocka_unit_test(test_counters),  cmocka_unit_test(test_tiles),    cmocka_unit_test(test_refusals),
-        cmocka_unit_test(test_ranges),   cmocka_unit_test(test_memory),
+        cmocka_unit_test(test_views),   cmocka_unit_test(test_close_ups), cmocka_unit_test(test_scenes), cmocka_unit_test(test_exact_roots),
+        cmocka_unit_test(test_changes), cmocka_unit_test(test_counters),  cmocka_unit_test(test_tiles),  cmocka_unit_test(test_refusals),
+        cmocka_unit_test(test_ranges),  cmocka_unit_test(test_memory),
     };
     return cmocka_run_group_tests(tests, open_device, close_device);
 }

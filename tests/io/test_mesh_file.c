@@ -181,7 +181,8 @@ static void test_vtp(void **state)
     pel_mesh_destroy(mesh);
 }
 
-/* A program with a comma for its decimal point writes points all the same. Where no such locale is installed, one is made from its source. */
+/* A program with a comma for its decimal point writes points all the same. Where no such locale is installed, one is made from its source.
+ */
 static bool take_comma_locale(void)
 {
     static const char *const names[] = { "de_DE.UTF-8", "de_DE.utf8", "fr_FR.UTF-8", "fr_FR.utf8" };
@@ -285,8 +286,8 @@ static void test_refusals(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_ply), cmocka_unit_test(test_stl),      cmocka_unit_test(test_obj),
-        cmocka_unit_test(test_vtp), cmocka_unit_test(test_locale),   cmocka_unit_test(test_refusals),
+        cmocka_unit_test(test_ply), cmocka_unit_test(test_stl),    cmocka_unit_test(test_obj),
+        cmocka_unit_test(test_vtp), cmocka_unit_test(test_locale), cmocka_unit_test(test_refusals),
     };
     return cmocka_run_group_tests(tests, make_scratch, remove_scratch);
 }

@@ -118,7 +118,8 @@ static void test_ball(void **state)
     pel_volume_finish(&v);
 }
 
-/* A voxel alone is a point, and nothing stays of it; a row of them is a tube without width, which stays; the rest of both parts is moved up. */
+/* A voxel alone is a point, and nothing stays of it; a row of them is a tube without width, which stays; the rest of both parts is moved
+ * up. */
 static void test_points(void **state)
 {
     (void)state;

@@ -2,8 +2,8 @@
 /* Vertices at one place, made one. Where a voxel is exactly the isovalue, each edge that is cut there has its vertex at the voxel, and
  * triangles between them have no area. An edge between two vertices at one place is contracted where that leaves the surface what it was:
  * where the vertices that both ends are joined to are those of the triangles on the edge and no others (the link condition: Dey,
- * Edelsbrunner, Guha and Nekhayev, Topology preserving edge contraction, 1999). Then V - E + F stays, and every edge still has two triangles.
- * Elsewhere, as on a sheet of such voxels, edges would come to have four triangles, and the vertices stay apart. */
+ * Edelsbrunner, Guha and Nekhayev, Topology preserving edge contraction, 1999). Then V - E + F stays, and every edge still has two
+ * triangles. Elsewhere, as on a sheet of such voxels, edges would come to have four triangles, and the vertices stay apart. */
 #include <pellucid/mesh.h>
 
 #include <stdlib.h>
@@ -32,8 +32,8 @@ struct collapse {
     struct doubled *doubled; /* from 1 on */
     struct corner *corners;  /* from 1 on */
     size_t doubled_count, corner_count;
-    bool *gone;                    /* triangles */
-    size_t *flat;                  /* triangles without area */
+    bool *gone;   /* triangles */
+    size_t *flat; /* triangles without area */
     size_t flat_count, flat_room;
 };
 

@@ -152,7 +152,8 @@ bool pel_mesh_slab_make(struct pel_mesh_slab *slab, const struct pel_mesh_work *
             row[x].any = false;
             if (!((double)bricks->least[at] < work->isovalue && (double)bricks->most[at] >= work->isovalue))
                 continue;
-            copy_shared(&row[x], kinds, filled(row, x - 1, n[0], x > 0), filled(before, x, n[0], y > 0), filled(before, x + 1, n[0], y > 0));
+            copy_shared(&row[x], kinds, filled(row, x - 1, n[0], x > 0), filled(before, x, n[0], y > 0),
+                        filled(before, x + 1, n[0], y > 0));
             b.first[0] = x * PEL_CELL_SIZE, b.first[1] = y * PEL_CELL_SIZE, b.first[2] = bz * PEL_CELL_SIZE;
             b.numbers = &row[x];
             pel_brick_load(&b);

@@ -58,7 +58,8 @@ uint64_t pel_histopyramid_bytes(size_t items)
     struct pel_histopyramid p = { .items = items ? items : 1 };
     size_t whole = 0;
     lay_levels(&p, &whole);
-    return (p.items + PEL_HISTO_GROUP - 1) / PEL_HISTO_GROUP * PEL_HISTO_GROUP + sizeof(struct head) + (uint64_t)whole * 4 * sizeof(uint32_t);
+    return (p.items + PEL_HISTO_GROUP - 1) / PEL_HISTO_GROUP * PEL_HISTO_GROUP + sizeof(struct head) +
+           (uint64_t)whole * 4 * sizeof(uint32_t);
 }
 
 void pel_histopyramid_bind(const struct pel_histopyramid *p)

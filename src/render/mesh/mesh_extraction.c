@@ -115,8 +115,10 @@ static bool run_pass(const struct run *r, const char *file, size_t invocations, 
 
 uint64_t pel_mesh_extraction_held(const struct pel_mesh_extraction *x)
 {
-    const struct pel_buffer *buffers[] = { &x->bounds, &x->table, &x->list, &x->slots, &x->first, &x->bricks.base, &x->bricks.levels,
-                                           &x->vertices.base, &x->vertices.levels, &x->triangles.base, &x->triangles.levels };
+    const struct pel_buffer *buffers[] = { &x->bounds,         &x->table,           &x->list,
+                                           &x->slots,          &x->first,           &x->bricks.base,
+                                           &x->bricks.levels,  &x->vertices.base,   &x->vertices.levels,
+                                           &x->triangles.base, &x->triangles.levels };
     uint64_t bytes = x->volume.bytes;
     for (size_t i = 0; i < sizeof buffers / sizeof *buffers; i++)
         bytes += buffers[i]->bytes;
@@ -124,7 +126,8 @@ uint64_t pel_mesh_extraction_held(const struct pel_mesh_extraction *x)
 }
 
 /* Room in a buffer that is one of ours or will be, where there may be so much. */
-static bool reserve(const struct run *r, struct pel_buffer *buffer, uint64_t beside, size_t bytes, const char *what, struct pel_error *error)
+static bool reserve(const struct run *r, struct pel_buffer *buffer, uint64_t beside, size_t bytes, const char *what,
+                    struct pel_error *error)
 {
     if (buffer->bytes >= bytes)
         return true;
@@ -138,7 +141,8 @@ static bool reserve_pyramid(const struct run *r, struct pel_histopyramid *pyrami
     const uint64_t bytes = pel_histopyramid_bytes(items);
     if (pyramid->base.bytes + pyramid->levels.bytes < bytes) {
         pel_histopyramid_finish(r->device, pyramid);
-        if (r->device->params.memory_limit && !pel_gpu_check_room(r->device, r->x->beside + pel_mesh_extraction_held(r->x), bytes, what, INSTEAD, error))
+        if (r->device->params.memory_limit &&
+            !pel_gpu_check_room(r->device, r->x->beside + pel_mesh_extraction_held(r->x), bytes, what, INSTEAD, error))
             return false;
     }
     return pel_histopyramid_reserve(r->device, pyramid, items, error);

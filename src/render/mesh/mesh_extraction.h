@@ -15,7 +15,7 @@ struct pel_mesh_extraction {
     struct pel_buffer list, slots, first;
     struct pel_histopyramid bricks, vertices, triangles;
     size_t brick_count;
-    uint64_t beside; /* bytes that the caller keeps on the device beside these: set before each run */
+    uint64_t beside;   /* bytes that the caller keeps on the device beside these: set before each run */
     bool voids, ready; /* ready: the volume is there */
 };
 

@@ -37,7 +37,8 @@ static bool check(const struct pel_frame *frame, struct pel_error *error)
     const struct pel_mesh_options *o = frame->options;
     if (o->extract == PEL_MESH_EXTRACT_GPU && o->tolerance != 0 && !is_default_tolerance(o))
         return pel_fail(error, PEL_ERROR_ARGUMENT,
-                        "mesh: the GPU's triangles keep no tolerance (%g voxels were asked for); take extract cpu, or tolerance 0", o->tolerance);
+                        "mesh: the GPU's triangles keep no tolerance (%g voxels were asked for); take extract cpu, or tolerance 0",
+                        o->tolerance);
     for (int a = 0; a < 3; a++)
         if (v->dims[a] < 2)
             return pel_fail(error, PEL_ERROR_UNSUPPORTED, "mesh: the volume is flat, one sample along %c; use the technique raycast",

@@ -202,7 +202,8 @@ static int strip_rows(const struct pel_peel *p, const struct pel_frame *frame, i
 /* Casts the rays of a rectangle, whose masks are bound. */
 static bool cast_rays(struct pel_peel *p, const struct pel_frame *frame, GLuint program, const int tile[4], struct pel_error *error)
 {
-    const int columns = tile[2] / PEL_TILE_SIDE, all = tile[3] / PEL_TILE_SIDE, rows = strip_rows(p, frame, columns), total = p->screen[3] / PEL_TILE_SIDE;
+    const int columns = tile[2] / PEL_TILE_SIDE, all = tile[3] / PEL_TILE_SIDE, rows = strip_rows(p, frame, columns),
+              total = p->screen[3] / PEL_TILE_SIDE;
     glUseProgram(program);
     glBindTextureUnit(PEL_UNIT_VOLUME, p->volume.name);
     glBindTextureUnit(PEL_UNIT_MASK_TABLE, p->mask_table.name);

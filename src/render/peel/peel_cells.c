@@ -93,8 +93,8 @@ bool pel_peel_plant_tree(struct pel_peel *p, struct pel_error *error)
         return true;
     if (!lay_tree(p, &whole))
         return pel_fail(error, PEL_ERROR_UNSUPPORTED, "the device's buffers do not hold the min-max tree; take a coarser granularity");
-    if (p->tree.bytes < whole * 8 &&
-        !pel_gpu_check_room(p->device, pel_peel_held(p) - p->tree.bytes, whole * 8, "peel: a min-max tree", "take a coarser granularity", error))
+    if (p->tree.bytes < whole * 8 && !pel_gpu_check_room(p->device, pel_peel_held(p) - p->tree.bytes, whole * 8, "peel: a min-max tree",
+                                                         "take a coarser granularity", error))
         return false;
     GLuint program = pel_gpu_program(p->device, &p->programs, "peel_tree_level.glsl", 0, PEL_MODE_ISOSURFACE, error);
     if (!program || !pel_buffer_fill(p->device, &p->tree, NULL, (size_t)whole * 8, error) || !pel_peel_send_view(p, p->screen, error))

@@ -26,13 +26,14 @@ int pel_peel_layers(const struct pel_peel *p, enum pel_mask_path path)
 bool pel_peel_mask_tile(const struct pel_peel *p, int sides[2], struct pel_error *error)
 {
     const uint64_t limit = p->device->params.memory_limit, held = pel_peel_held(p);
-    const int ways = p->options.path == PEL_MASKS_AUTO && p->chosen == PEL_MASKS_AUTO ? 2 : 1; /* to be measured */
+    const int ways = p->options.path == PEL_MASKS_AUTO && p->chosen == PEL_MASKS_AUTO ? 2 : 1;                     /* to be measured */
     uint64_t room = MOST_MASK_BYTES, pixel = 4 * (uint64_t)pel_peel_layers(p, PEL_MASKS_COMPUTE) * (uint64_t)ways; /* in either way */
     if (limit && (held >= limit || limit - held < PEL_TILE_SIDE * PEL_TILE_SIDE * pixel))
-        return pel_fail(error, PEL_ERROR_UNSUPPORTED,
-                        "peel keeps %.6g MB on the device, and masks beside them are more than the %.6g MB that it may take (--gpu-memory); "
-                        "take a coarser granularity, or the technique raycast",
-                        (double)held / 1e6, (double)limit / 1e6);
+        return pel_fail(
+            error, PEL_ERROR_UNSUPPORTED,
+            "peel keeps %.6g MB on the device, and masks beside them are more than the %.6g MB that it may take (--gpu-memory); "
+            "take a coarser granularity, or the technique raycast",
+            (double)held / 1e6, (double)limit / 1e6);
     if (limit && limit - held < room)
         room = limit - held;
     for (int i = 0; i < 2; i++)

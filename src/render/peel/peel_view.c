@@ -8,7 +8,6 @@
 #include "rays.h"
 #include "vec.h"
 
-
 void pel_peel_grid(const struct pel_job *job, int granularity, int grid[4])
 {
     for (int a = 0; a < 3; a++)
