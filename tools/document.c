@@ -88,14 +88,13 @@ static int run_options(const struct command *command, int argc, char **argv)
     int status = arguments_parse_operands(&arguments, argc, argv, 0, 0);
     if (status >= 0)
         return status;
-    printf(
-        "# Options of the pellucid tool\n\n"
-        "Made by `pellucid options` from the option tables; do not edit. The rows under *Optics*, *Camera* and of the techniques are "
-        "the keys of a scene file, too.\n\n"
-        "A flag is written `--name value` or `--name=value`. A switch is `--name`, `--no-name` or `--name=off`. Numbers of a vector are "
-        "separated by commas. Colours are `r,g,b` or `r,g,b,a` from 0 to 1, `#rrggbb`, `#rrggbbaa`, or `black`, `white`, `gray`, "
-        "`transparent`.\n\n"
-        "Exit status: 0 done; 1 bad data, or the system refused (`compare`: not alike); 2 bad usage; 130 interrupted.\n");
+    printf("# Options of the pellucid tool\n\n"
+           "Made by `pellucid options` from the option tables; do not edit. The rows under *Optics*, *Camera* and of the techniques are "
+           "the keys of a scene file, too.\n\n"
+           "A flag is written `--name value` or `--name=value`. A switch is `--name`, `--no-name` or `--name=off`. Numbers of a vector are "
+           "separated by commas. Colours are `r,g,b` or `r,g,b,a` from 0 to 1, `#rgb`, `#rrggbb` (with a digit or two more for "
+           "opacity), `transparent`, or a common name of CSS such as `red`, `navy`, `orange`.\n\n"
+           "Exit status: 0 done; 1 bad data, or the system refused (`compare`: not alike); 2 bad usage; 130 interrupted.\n");
     for (size_t i = 0; command_at(i); i++)
         markdown_command(command_at(i));
     return tool_finish_stdout(EXIT_FINE);
@@ -204,7 +203,7 @@ static int run_man(const struct command *command, int argc, char **argv)
         ".SH NAME\npellucid \\- see inside volumes and flows\n.SH SYNOPSIS\n.B pellucid\n.I command\n.RI [ arguments ]\n.SH DESCRIPTION\n");
     roff("Draws volumes and fields on a machine with or without a GPU, tells what files hold, converts and compares them.\n\n"
          "A flag is written --name value or --name=value. A switch is --name, --no-name or --name=off. Colours are r,g,b or r,g,b,a from "
-         "0 to 1, #rrggbb, #rrggbbaa, or black, white, gray, transparent.\n");
+         "0 to 1, #rgb, #rrggbb (with a digit or two more for opacity), transparent, or a common name of CSS such as red, navy, orange.\n");
     printf(".SH COMMANDS\n");
     for (size_t i = 0; command_at(i); i++)
         roff_command(command_at(i));

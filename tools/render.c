@@ -227,7 +227,7 @@ static void tell_if_empty(const struct values *values, const struct loaded_scene
     if (any_above(image, 3, 3, 0)) {
         if (loaded->scene.render.mode == PEL_MODE_MINIP && !any_above(image, 0, 2, 0.01f))
             tool_note("the least samples are those of the surroundings: clip them away, or name their value with --void");
-    } else if (!(loaded->volume.range[0] <= loaded->volume.range[1])) {
+    } else if (volume_is_void(&loaded->volume)) {
         tool_note("there is nothing to be seen: every sample is void");
     } else {
         tool_note("there is nothing to be seen in the picture; look at the opacities, isovalues, clipping, voids or the camera");

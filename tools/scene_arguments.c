@@ -96,11 +96,13 @@ const struct option_extra move_extras[] = { { "azimuth", 0, "DEGREES", NULL, fal
 
 const struct pel_option engine_rows[] = {
     { "size", "Size", "Width and height of the picture", PEL_OPTION_SIZE, FIELD(size), 1, PEL_IMAGE_MAX, "512x512", NULL, "pixels" },
-    { "technique", "Technique", "How the picture is made; `pellucid techniques` lists them; auto measures raycast against peel where both can draw", PEL_OPTION_TEXT, FIELD(technique), NO_LIMITS,
-      "raycast", NULL, NULL },
+    { "technique", "Technique",
+      "How the picture is made; `pellucid techniques` lists them; auto measures raycast against peel where both can draw", PEL_OPTION_TEXT,
+      FIELD(technique), NO_LIMITS, "raycast", NULL, NULL },
     { "device", "Device", "What draws: auto (a hardware GPU if there is one, else the CPU), cpu, gpu, gpu:N; `pellucid devices` lists them",
       PEL_OPTION_TEXT, FIELD(device), NO_LIMITS, "auto", NULL, NULL },
-    { "gpu-memory", "GPU memory", "Of the GPU, for the volume; a larger one is drawn in bricks that come and go. 0 is what is free",
+    { "gpu-memory", "GPU memory",
+      "Of the GPU, for the volume and what is made of it; a larger one is drawn in bricks that come and go. 0 is what is free",
       PEL_OPTION_DOUBLE, FIELD(gpu_memory), 0, 1e9, "0", NULL, "MB" },
     { "threads", "Threads", "Threads of the CPU engine; 0 is as many as the machine has", PEL_OPTION_INT, FIELD(threads), 0, 1024, "0",
       NULL, NULL },
@@ -137,6 +139,18 @@ bool append_numbers(double *items, int *count, double lo, double hi, const char 
     }
 }
 
+bool append_isovalues(double *items, int *count, const char *text, struct pel_error *error)
+{
+    if (!append_numbers(items, count, ANY, "--isovalue", text, error))
+        return false;
+    for (int i = 0; i < *count; i++)
+        for (int k = 0; k < i; k++)
+            if (items[k] == items[i])
+                return tool_fail(error, PEL_ERROR_ARGUMENT,
+                                 "--isovalue: %.9g is given twice, and its surface would be there twice; give it once", items[i]);
+    return true;
+}
+
 static bool append_color(struct scene_arguments *values, struct pel_error *error)
 {
     const struct pel_option row = { "--iso-color", "", "", PEL_OPTION_COLOR, 0, 0, 1, NULL, NULL, NULL };
@@ -169,7 +183,7 @@ static bool assigned(void *user, const struct pel_option *row, struct pel_error 
 {
     struct scene_arguments *v = user;
     if (strcmp(row->name, "isovalue") == 0)
-        return append_numbers(v->isovalues.items, &v->isovalues.count, ANY, "--isovalue", v->isovalue, error);
+        return append_isovalues(v->isovalues.items, &v->isovalues.count, v->isovalue, error);
     if (strcmp(row->name, "iso-opacity") == 0)
         return append_numbers(v->iso_opacities.items, &v->iso_opacities.count, 0, 1, "--iso-opacity", v->iso_opacity, error);
     if (strcmp(row->name, "iso-color") == 0)
@@ -213,6 +227,47 @@ static int group_of(const struct pel_technique_info *technique)
     for (size_t i = 0; (other = pel_technique_at(i)) && other != technique; i++)
         group += other->options[0].name != NULL;
     return technique->options[0].name ? group : -1;
+}
+
+/* Whether an option is one of this group or of those from `first` to before it. */
+static bool has_option(const struct option_group *groups, int first, int end, const char *name)
+{
+    for (int g = first; g < end; g++)
+        if (pel_option_find(groups[g].rows, name))
+            return true;
+    return false;
+}
+
+/* "peel and mesh": the techniques that have an option. */
+static void owners_of(const char *name, char *text, size_t size)
+{
+    const struct pel_technique_info *technique;
+    text[0] = 0;
+    for (size_t i = 0; (technique = pel_technique_at(i)); i++)
+        if (pel_option_find(technique->options, name))
+            snprintf(text + strlen(text), size - strlen(text), "%s%s", text[0] ? " and " : "", technique->name);
+}
+
+void scene_tell_idle(const struct arguments *arguments, const struct scene_arguments *values, const struct pel_technique_info *technique,
+                     enum pel_mode mode)
+{
+    const struct option_group *groups = option_groups(arguments->command);
+    char owners[256];
+    for (int g = GROUP_OWN + 1; groups[g].title; g++)
+        for (int r = 0; groups[g].rows[r].name; r++) {
+            const char *name = groups[g].rows[r].name;
+            if (!arguments->text[g][r] || pel_option_find(technique->options, name) || has_option(groups, 0, GROUP_OWN + 1, name) ||
+                has_option(groups, GROUP_OWN + 1, g, name))
+                continue;
+            owners_of(name, owners, sizeof owners);
+            tool_note("--%s has no effect with the technique %s; it is an option of %s", name, technique->name, owners);
+        }
+    if (mode == PEL_MODE_ISOSURFACE)
+        return;
+    if (values->iso_color_count > 0)
+        tool_note("--iso-color has no effect but with --isovalue or --mode isosurface");
+    if (values->iso_opacities.count > 0)
+        tool_note("--iso-opacity has no effect but with --isovalue or --mode isosurface");
 }
 
 bool scene_merge_technique(const struct pel_technique_info *technique, const struct arguments *arguments,

@@ -83,6 +83,9 @@ void scene_arguments_attach(struct arguments *arguments, struct scene_arguments 
 /* Appends the numbers of a text with commas to the up to PEL_MAX_ISOSURFACES items that there are. */
 bool append_numbers(double *items, int *count, double least, double most, const char *flag, const char *text, struct pel_error *error);
 
+/* The same for --isovalue, each of which must be another. */
+bool append_isovalues(double *items, int *count, const char *text, struct pel_error *error);
+
 /* A scene, its volume, and what is known of the file. */
 struct loaded_scene {
     struct pel_scene scene;
@@ -105,12 +108,19 @@ void scene_unload(struct loaded_scene *loaded);
 bool scene_merge_technique(const struct pel_technique_info *technique, const struct arguments *arguments,
                            struct pel_technique_choice *choice, struct pel_error *error);
 
+/* Notes the options that were given and change nothing: those of other techniques, and those of isosurfaces in another mode. */
+void scene_tell_idle(const struct arguments *arguments, const struct scene_arguments *values, const struct pel_technique_info *technique,
+                     enum pel_mode mode);
+
 /* Sets the scene's camera: the base camera with the moves of the flags, after a further turn by `azimuth` degrees. */
 void scene_move_camera(struct loaded_scene *loaded, const struct scene_arguments *values, double azimuth);
 
 /* Reads a volume and tells its notes; a vector field is replaced by its magnitude if asked for. */
 bool volume_load(const char *path, const char *array, const char *raw, bool scalar, struct progress *progress, bool quiet,
                  struct pel_volume *volume, struct pel_file_info *info, struct pel_error *error);
+
+/* Whether every sample is void. */
+bool volume_is_void(const struct pel_volume *volume);
 
 /* Makes the scene's parts; used by scene_load. */
 bool scene_check_device(const struct loaded_scene *loaded, const struct scene_arguments *values, struct pel_error *error);

@@ -38,6 +38,19 @@ bool volume_load(const char *path, const char *array, const char *raw, bool scal
     return true;
 }
 
+/* Their range is 0 to 0, as is that of a volume of zeros. */
+bool volume_is_void(const struct pel_volume *volume)
+{
+    if (volume->range[0] != 0 || volume->range[1] != 0)
+        return false;
+    for (size_t z = 0; z < volume->dims[2]; z++)
+        for (size_t y = 0; y < volume->dims[1]; y++)
+            for (size_t x = 0; x < volume->dims[0]; x++)
+                if (!pel_volume_is_void(volume, pel_volume_get(volume, x, y, z, 0)))
+                    return false;
+    return true;
+}
+
 /* What the library cannot refuse because it does not know that it is asked for by name, or what this machine cannot do. */
 static bool check_arguments(const struct arguments *arguments, const struct scene_arguments *values, struct pel_error *error)
 {
@@ -193,6 +206,8 @@ static bool load(struct loaded_scene *loaded, const struct arguments *arguments,
         return false;
     if (!find_source(&scene->source, arguments, values, path, error) || !set_optics(loaded, arguments, values, error))
         return false;
+    if (!values->quiet)
+        scene_tell_idle(arguments, values, pel_technique_find(loaded->technique), scene->render.mode);
     double start = tool_milliseconds();
     if (!volume_load(scene->source.path, scene->source.array, scene->source.raw, true, progress, values->quiet, &loaded->volume,
                      &loaded->info, error))

@@ -51,8 +51,9 @@ struct pel_device_params {
     void (*log)(void *user, const char *message);
     void *log_user;
     bool debug; /* a debug context: the driver checks more, says more, in order, and is slower */
-    /* Bytes of the device's memory to use at most for volumes, which are then drawn in bricks that come and go; 0: what the driver says is
-     * free. Others may work on the same GPU. */
+    /* Bytes of the device's memory to use at most for volumes, which are then drawn in bricks that come and go, and for what techniques
+     * make of them: surfaces, lists, masks of cells (a technique that cannot do with it fails, and says so); pictures and tables come
+     * beside. 0: what the driver says is free. Others may work on the same GPU. */
     uint64_t memory_limit;
 };
 #define PEL_DEVICE_PARAMS_INIT { NULL, NULL, false, 0 }

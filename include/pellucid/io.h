@@ -87,6 +87,9 @@ bool pel_read_image(const char *path, struct pel_image *image, struct pel_error 
  * coarse, PLY and VTP have doubles and OBJ more digits; STL cannot. `progress` is nullable. */
 bool pel_write_mesh(const char *path, const struct pel_mesh *mesh, const struct pel_progress *progress, struct pel_error *error);
 
+/* Whether the name's ending is one that pel_write_mesh knows; PEL_ERROR_ARGUMENT, with those it knows, where not. Touches no file. */
+bool pel_check_mesh_path(const char *path, struct pel_error *error);
+
 /* ParaView colour maps: .json (a list of presets; the first is taken unless `name` says which) and .xml. Values stretch over
  * [lo, hi] where the file's are 0..1 normalised; the opacity curve is taken too if the file has one. */
 bool pel_read_transfer(const char *path, const char *name, double lo, double hi, struct pel_transfer *transfer, struct pel_error *error);

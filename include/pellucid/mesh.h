@@ -63,7 +63,19 @@ void pel_mesh_destroy(struct pel_mesh *mesh); /* accepts NULL */
 /* World bounds of the vertices: xmin, xmax, ymin, ymax, zmin, zmax. False where there are none. */
 bool pel_mesh_bounds(const struct pel_mesh *mesh, double bounds[6]);
 
-/* Edges that belong to one triangle alone: 0 for a closed surface; negative: out of memory. Sorts all edges. */
+/* Whether it is so far from the world's zero that floats are too coarse for places in the world: of their 24 bits fewer than 16 would be
+ * left for places on the mesh. PLY and VTP are then written with doubles, OBJ with more digits; STL has floats alone. */
+bool pel_mesh_is_far(const struct pel_mesh *mesh);
+
+/* Makes vertices one that lie at one place and are joined by an edge: where voxels are exactly an isovalue, every edge that is cut there
+ * has its vertex at the voxel, and triangles between them have no area. It is done where the surface stays what it was (closed where it
+ * was closed, each part's V - E + F as before); what is all at one place is no surface, and left out (2 less in V - E + F where it was
+ * closed). `flat_left` (nullable): triangles with two corners at one place that had to stay, as edges would have come to belong to four
+ * triangles; a row of such voxels, with the surface all about it, has some. Parts and counts are set anew. False, with the mesh as it
+ * was: PEL_ERROR_MEMORY. */
+bool pel_mesh_collapse(struct pel_mesh *mesh, size_t *flat_left, struct pel_error *error);
+
+/* Edges that belong to one triangle alone: 0 for a closed surface; negative: out of memory. Visits all edges. */
 int64_t pel_mesh_open_edges(const struct pel_mesh *mesh);
 
 #pragma GCC visibility pop

@@ -26,7 +26,8 @@ enum pel_option_type {
     PEL_OPTION_VEC2,   /* double[2]; "a,b" */
     PEL_OPTION_VEC3,   /* double[3]; "x,y,z" */
     PEL_OPTION_VEC6,   /* double[6]; six numbers with commas */
-    PEL_OPTION_COLOR,  /* double[4] RGBA 0..1; "r,g,b", "r,g,b,a", "#rrggbb", "#rrggbbaa", "black", "white", "gray", "transparent" */
+    PEL_OPTION_COLOR,  /* double[4] RGBA 0..1; "r,g,b", "r,g,b,a", "#rgb", "#rrggbb" (both with a too), "transparent", or a common name of
+                          CSS: "red", "navy" */
     PEL_OPTION_SIZE,   /* int[2]; "1024x768", "512" (square) */
     PEL_OPTION_TEXT,   /* char[PEL_OPTION_TEXT_SIZE]; any text that fits */
 };

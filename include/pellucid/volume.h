@@ -43,7 +43,8 @@ struct pel_volume {
     double void_value; /* NaN samples are void always, whether or not this is set */
     bool labels;       /* few integer values that name things: never interpolated. Set by pel_volume_detect_labels or a reader */
 
-    double range[2]; /* least and greatest finite non-void value (of the magnitude where components > 1); see pel_volume_update_range */
+    double range[2]; /* least and greatest finite non-void value (of the magnitude where components > 1; 0, 0 where all are void); see
+                        pel_volume_update_range */
     char name[128];  /* what the file calls the data, or "" */
 };
 

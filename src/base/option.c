@@ -6,7 +6,6 @@
 
 #include <float.h>
 #include <limits.h>
-#include <locale.h>
 #include <math.h>
 #include <stdint.h>
 #include <stdio.h>
@@ -14,6 +13,7 @@
 #include <string.h>
 #include <strings.h>
 
+#include "c_locale.h"
 #include "fail.h"
 
 #define MAX_NUMBERS 6
@@ -122,9 +122,14 @@ static int hex_digit(char c)
 static bool read_hex_color(const char *text, double rgba[4])
 {
     size_t digits = strlen(text);
-    if (digits != 6 && digits != 8)
-        return false;
     rgba[3] = 1;
+    for (size_t i = 0; i < digits && (digits == 3 || digits == 4); i++) { /* a digit stands for two of it */
+        if (hex_digit(text[i]) < 0)
+            return false;
+        rgba[i] = hex_digit(text[i]) / 15.0;
+    }
+    if (digits != 6 && digits != 8)
+        return digits == 3 || digits == 4;
     for (size_t i = 0; i < digits; i += 2) {
         int high = hex_digit(text[i]), low = hex_digit(text[i + 1]);
         if (high < 0 || low < 0)
@@ -134,16 +139,42 @@ static bool read_hex_color(const char *text, double rgba[4])
     return true;
 }
 
-static bool read_color(const char *text, double rgba[4])
+/* The names of CSS level 1 and the commoner ones of CSS Color 3, with its values; but gray is the half that it always was here (CSS has
+ * 128/255). */
+static bool read_named_color(const char *text, double rgba[4])
 {
     static const struct {
         const char *name;
-        double rgba[4];
-    } named[] = { { "black", { 0, 0, 0, 1 } }, { "white", { 1, 1, 1, 1 } }, { "gray", { 0.5, 0.5, 0.5, 1 } },
-                  { "grey", { 0.5, 0.5, 0.5, 1 } }, { "transparent", { 0, 0, 0, 0 } } };
+        unsigned rgb;
+    } named[] = {
+        { "black", 0x000000 },     { "white", 0xffffff },     { "silver", 0xc0c0c0 },    { "maroon", 0x800000 },
+        { "red", 0xff0000 },       { "purple", 0x800080 },    { "fuchsia", 0xff00ff },   { "magenta", 0xff00ff },
+        { "green", 0x008000 },     { "lime", 0x00ff00 },      { "olive", 0x808000 },     { "yellow", 0xffff00 },
+        { "navy", 0x000080 },      { "blue", 0x0000ff },      { "teal", 0x008080 },      { "aqua", 0x00ffff },
+        { "cyan", 0x00ffff },      { "orange", 0xffa500 },    { "gold", 0xffd700 },      { "pink", 0xffc0cb },
+        { "brown", 0xa52a2a },     { "tan", 0xd2b48c },       { "beige", 0xf5f5dc },     { "ivory", 0xfffff0 },
+        { "salmon", 0xfa8072 },    { "coral", 0xff7f50 },     { "tomato", 0xff6347 },    { "crimson", 0xdc143c },
+        { "violet", 0xee82ee },    { "indigo", 0x4b0082 },    { "turquoise", 0x40e0d0 }, { "skyblue", 0x87ceeb },
+        { "steelblue", 0x4682b4 }, { "lightgray", 0xd3d3d3 }, { "lightgrey", 0xd3d3d3 }, { "darkgray", 0xa9a9a9 },
+        { "darkgrey", 0xa9a9a9 },
+    };
+    const bool gray = !strcasecmp(text, "gray") || !strcasecmp(text, "grey"), transparent = !strcasecmp(text, "transparent");
+    for (int c = 0; (gray || transparent) && c < 4; c++)
+        rgba[c] = transparent ? 0 : c < 3 ? 0.5 : 1;
     for (size_t i = 0; i < sizeof named / sizeof *named; i++)
-        if (strcasecmp(text, named[i].name) == 0)
-            return memcpy(rgba, named[i].rgba, sizeof named[i].rgba), true;
+        if (strcasecmp(text, named[i].name) == 0) {
+            for (int c = 0; c < 3; c++)
+                rgba[c] = (named[i].rgb >> (16 - 8 * c) & 255) / 255.0;
+            rgba[3] = 1;
+            return true;
+        }
+    return gray || transparent;
+}
+
+static bool read_color(const char *text, double rgba[4])
+{
+    if (read_named_color(text, rgba))
+        return true;
     if (text[0] == '#')
         return read_hex_color(text + 1, rgba);
     double list[MAX_NUMBERS];
@@ -235,7 +266,10 @@ static bool set(const struct pel_option *row, void *field, const char *text, str
         return set_numbers(row, field, 6, "six numbers with commas between, each", text, error);
     case PEL_OPTION_COLOR:
         if (!read_color(text, rgba))
-            return refuse(row, text, "a colour: \"r,g,b\" or \"r,g,b,a\" from 0 to 1, \"#rrggbb\", black, white, gray, transparent", error);
+            return refuse(row, text,
+                          "a colour: \"r,g,b\" or \"r,g,b,a\" from 0 to 1, \"#rgb\", \"#rrggbb\", a name such as red, navy, orange, gray, "
+                          "or transparent",
+                          error);
         memcpy(field, rgba, sizeof rgba);
         return true;
     case PEL_OPTION_SIZE:
@@ -252,12 +286,9 @@ bool pel_option_set(const struct pel_option *row, void *object, const char *text
         text = "true";
     if (!text)
         return pel_fail(error, PEL_ERROR_ARGUMENT, "%s: a value is missing", row->name);
-    locale_t c = newlocale(LC_ALL_MASK, "C", NULL), old = c ? uselocale(c) : NULL;
+    const struct pel_c_locale locale = pel_c_locale_begin();
     bool good = set(row, (char *)object + row->offset, text, error);
-    if (c) {
-        uselocale(old);
-        freelocale(c);
-    }
+    pel_c_locale_end(&locale);
     return good;
 }
 
@@ -332,11 +363,8 @@ int pel_option_get(const struct pel_option *row, const void *object, char *text,
     if (row->type == PEL_OPTION_TEXT)
         return snprintf(text, size, "%s", (const char *)field);
     char whole[MAX_NUMBERS * 32] = ""; /* a double takes at most 24 characters */
-    locale_t c = newlocale(LC_ALL_MASK, "C", NULL), old = c ? uselocale(c) : NULL;
+    const struct pel_c_locale locale = pel_c_locale_begin();
     get(row, field, whole, sizeof whole);
-    if (c) {
-        uselocale(old);
-        freelocale(c);
-    }
+    pel_c_locale_end(&locale);
     return snprintf(text, size, "%s", whole);
 }

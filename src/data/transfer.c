@@ -11,6 +11,7 @@
 #include <string.h>
 
 #include "alloc.h"
+#include "c_locale.h"
 #include "colormaps.h"
 #include "fail.h"
 
@@ -200,7 +201,7 @@ static bool parse_point(const char **text, const char *whole, struct pel_opacity
     return true;
 }
 
-bool pel_transfer_parse_opacity(struct pel_transfer *transfer, const char *text, struct pel_error *error)
+static bool parse_opacity(struct pel_transfer *transfer, const char *text, struct pel_error *error)
 {
     char *end;
     double alone = strtod(text, &end);
@@ -226,6 +227,14 @@ bool pel_transfer_parse_opacity(struct pel_transfer *transfer, const char *text,
     }
     ok = ok && pel_transfer_set_opacities(transfer, points, count, error);
     free(points);
+    return ok;
+}
+
+bool pel_transfer_parse_opacity(struct pel_transfer *transfer, const char *text, struct pel_error *error)
+{
+    const struct pel_c_locale locale = pel_c_locale_begin();
+    bool ok = parse_opacity(transfer, text, error);
+    pel_c_locale_end(&locale);
     return ok;
 }
 

@@ -15,6 +15,7 @@
 #include <pellucid/io.h>
 
 #include "alloc.h"
+#include "c_locale.h"
 #include "color_space.h"
 #include "fail.h"
 #include "json_file.h"
@@ -433,7 +434,9 @@ bool pel_transfer_from_text(const char *text, size_t size, const char *name, dou
     while (at < size && isspace((unsigned char)text[at]))
         at++;
     bool xml = at < size && text[at] == '<';
+    const struct pel_c_locale locale = pel_c_locale_begin();
     bool ok = (xml ? parse_xml : parse_json)(text + at, size - at, name, &preset, error) && apply(&preset, lo, hi, transfer, error);
+    pel_c_locale_end(&locale);
     preset_finish(&preset);
     return ok;
 }

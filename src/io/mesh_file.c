@@ -1,8 +1,9 @@
 /* SPDX-License-Identifier: MIT */
 /* pel_write_mesh: the format that the name's ending says, and what the formats share. */
-#include <math.h>
+#include <stdio.h>
 #include <string.h>
 
+#include "c_locale.h"
 #include "fail.h"
 #include "format.h"
 #include "mesh_io.h"
@@ -56,30 +57,45 @@ const struct pel_mesh_part *pel_mesh_part_of(const struct pel_mesh *mesh, size_t
     return &mesh->parts[part];
 }
 
-/* A float has 24 bits; where fewer than 16 are left for places on the surface, it is too coarse. */
-static bool is_far(const struct pel_mesh *mesh)
+static const struct pel_mesh_format *format_of(const char *path, struct pel_error *error)
 {
-    double bounds[6], extent = 0, most = 0;
-    if (!pel_mesh_bounds(mesh, bounds))
-        return false;
-    for (int a = 0; a < 3; a++) {
-        extent = fmax(extent, bounds[2 * a + 1] - bounds[2 * a]);
-        most = fmax(most, fmax(fabs(bounds[2 * a]), fabs(bounds[2 * a + 1])));
-    }
-    return most > 256 * extent;
+    char endings[128] = "";
+    size_t used = 0;
+    for (size_t i = 0; formats[i]; i++)
+        if (pel_path_has_ending(path, formats[i]->endings))
+            return formats[i];
+    for (size_t i = 0; formats[i] && used < sizeof endings; i++)
+        used += (size_t)snprintf(endings + used, sizeof endings - used, "%s%s",
+                                 !i               ? ""
+                                 : formats[i + 1] ? ", "
+                                                  : " or ",
+                                 formats[i]->endings);
+    pel_fail(error, PEL_ERROR_ARGUMENT, "%s: surfaces are written as %s; give one of these endings", path, endings);
+    return NULL;
+}
+
+bool pel_check_mesh_path(const char *path, struct pel_error *error)
+{
+    return format_of(path, error);
+}
+
+/* Headers and OBJ are text: numbers with points. */
+static bool write_to(struct pel_mesh_out *out, const struct pel_mesh_format *format, struct pel_error *error)
+{
+    const struct pel_c_locale locale = pel_c_locale_begin();
+    bool ok = format->write(out, error);
+    pel_c_locale_end(&locale);
+    return ok;
 }
 
 bool pel_write_mesh(const char *path, const struct pel_mesh *mesh, const struct pel_progress *progress, struct pel_error *error)
 {
-    const struct pel_mesh_format *format = NULL;
-    for (size_t i = 0; formats[i]; i++)
-        if (pel_path_has_ending(path, formats[i]->endings))
-            format = formats[i];
+    const struct pel_mesh_format *format = format_of(path, error);
     if (!format)
-        return pel_fail(error, PEL_ERROR_ARGUMENT, "%s: the name's ending says no format of surfaces; use .ply, .stl, .obj or .vtp", path);
+        return false;
     static const struct pel_progress silent = { NULL, NULL };
-    struct pel_mesh_out out = { .mesh = mesh, .progress = progress ? progress : &silent, .wide = is_far(mesh) };
-    bool ok = pel_safe_file_open(&out.file, path, error) && format->write(&out, error) && pel_safe_file_commit(&out.file, error);
+    struct pel_mesh_out out = { .mesh = mesh, .progress = progress ? progress : &silent, .wide = pel_mesh_is_far(mesh) };
+    bool ok = pel_safe_file_open(&out.file, path, error) && write_to(&out, format, error) && pel_safe_file_commit(&out.file, error);
     pel_safe_file_abort(&out.file);
     return ok || pel_fail_in(error, "%s: ", path);
 }

@@ -7,6 +7,7 @@
 #include <sys/stat.h>
 
 #include "alloc.h"
+#include "c_locale.h"
 #include "fail.h"
 #include "format.h"
 
@@ -157,6 +158,7 @@ bool pel_read_volume(const char *path, const struct pel_read_params *params, str
     struct pel_file_info *facts = pel_alloc(1, sizeof *facts, "file facts", error);
     if (!facts)
         return pel_fail_in(error, "%s: ", path);
+    const struct pel_c_locale locale = pel_c_locale_begin();
     const struct pel_format *format = find_format(path, params, error);
     bool ok = format && format->read(path, params, volume, facts, error) && pel_volume_check(volume, error) &&
               check_only_array(params, volume, facts, error);
@@ -171,6 +173,7 @@ bool pel_read_volume(const char *path, const struct pel_read_params *params, str
         pel_volume_finish(volume);
         pel_fail_in(error, "%s: ", path);
     }
+    pel_c_locale_end(&locale);
     free(facts);
     return ok;
 }

@@ -7,6 +7,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "c_locale.h"
 #include "fail.h"
 #include "json_file.h"
 #include "scene_path.h"
@@ -236,8 +237,10 @@ char *pel_scene_to_text(const struct pel_scene *scene, const char *path, struct 
 bool pel_write_scene(const char *path, const struct pel_scene *scene, struct pel_error *error)
 {
     struct pel_error why = PEL_ERROR_INIT;
+    const struct pel_c_locale locale = pel_c_locale_begin();
     json_t *root = pel_scene_to_json(scene, path, &why);
     bool ok = root && pel_json_write(path, root, &why);
+    pel_c_locale_end(&locale);
     json_decref(root);
     if (ok)
         return true;

@@ -3,8 +3,18 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "c_locale.h"
 #include "fail.h"
 #include "format.h"
+
+static bool write(const struct pel_format *format, const char *path, const struct pel_volume *volume, const struct pel_write_params *params,
+                  struct pel_error *error)
+{
+    const struct pel_c_locale locale = pel_c_locale_begin();
+    bool ok = format->write(path, volume, params, error);
+    pel_c_locale_end(&locale);
+    return ok || pel_fail_in(error, "%s: ", path);
+}
 
 bool pel_write_volume(const char *path, const struct pel_volume *volume, const struct pel_write_params *params, struct pel_error *error)
 {
@@ -15,7 +25,7 @@ bool pel_write_volume(const char *path, const struct pel_volume *volume, const s
         return pel_fail_in(error, "%s: ", path);
     for (size_t i = 0; pel_formats[i]; i++)
         if (pel_formats[i]->write && pel_path_has_ending(path, pel_formats[i]->info.endings))
-            return pel_formats[i]->write(path, volume, params, error) || pel_fail_in(error, "%s: ", path);
+            return write(pel_formats[i], path, volume, params, error);
     char endings[128];
     size_t used = 0;
     endings[0] = 0;

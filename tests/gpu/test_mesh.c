@@ -212,6 +212,10 @@ static void test_refusals(void **state)
     scene.render.mode = PEL_MODE_COMPOSITE;
     expect_refused(renderer, &scene, PEL_ERROR_ARGUMENT, "isosurface");
     scene.render.mode = PEL_MODE_ISOSURFACE;
+    set(renderer, "extract", "gpu");
+    set(renderer, "tolerance", "0.1");
+    expect_refused(renderer, &scene, PEL_ERROR_ARGUMENT, "tolerance 0");
+    set(renderer, "extract", "cpu");
     make_volume(&flat, 9, 1, 9, PEL_U8, constant_one);
     scene.volume = &flat;
     expect_refused(renderer, &scene, PEL_ERROR_UNSUPPORTED, "flat");
@@ -219,6 +223,98 @@ static void test_refusals(void **state)
     pel_scene_finish(&scene);
     pel_volume_finish(&flat);
     pel_volume_finish(&volume);
+}
+
+/* A renderer on a device that may take so many bytes. */
+static struct pel_renderer *limited_renderer(uint64_t limit, const char *extract, struct pel_device **on)
+{
+    struct pel_device_params params = PEL_DEVICE_PARAMS_INIT;
+    struct pel_renderer_params of = PEL_RENDERER_PARAMS_INIT;
+    params.memory_limit = limit;
+    of.device = *on = pel_device_create(-1, &params, NULL);
+    assert_non_null(*on);
+    struct pel_renderer *renderer = pel_renderer_create(&of, NULL);
+    set(renderer, "extract", extract);
+    set(renderer, "tolerance", "0");
+    return renderer;
+}
+
+/* Too little memory is refused, with how much it is; enough gives the picture that it always gave, and no more than that is taken. */
+static void test_memory(void **state)
+{
+    (void)state;
+    need_device();
+    enum { SIDE = 24, PICTURE = SIDE * SIDE * 64 + 40000 /* pictures, tables, blocks: told apart in the option's help */ };
+    struct pel_volume volume;
+    struct pel_scene scene;
+    const char *const ways[] = { "cpu", "gpu" };
+    for (int variant = 0; variant < 4; variant++) {
+        struct pel_image whole, image;
+        struct pel_device *on;
+        int refused = 0, drawn = 0;
+        make_surfaces(&volume, &scene, PEL_U8, blob, variant & 1 ? 0.3 : 1);
+        struct pel_renderer *renderer = gpu_renderer();
+        set(renderer, "extract", ways[variant / 2]);
+        set(renderer, "tolerance", "0");
+        draw_mesh(renderer, &scene, SIDE, SIDE, &whole);
+        pel_renderer_destroy(renderer);
+        for (uint64_t limit = 20000; limit < 4000000; limit += limit / 4) {
+            struct pel_error error = PEL_ERROR_INIT;
+            renderer = limited_renderer(limit, ways[variant / 2], &on);
+            pel_image_init(&image);
+            assert_true(pel_image_allocate(&image, SIDE, SIDE, true, NULL));
+            if (pel_renderer_draw(renderer, &scene, "mesh", &image, &error)) {
+                check_same_bytes(&whole, &image, "under a limit");
+                check_at_most((double)frame_counter(renderer, "bytes on the device"), (double)limit + PICTURE,
+                              "variant %d: bytes, limit %d", variant, (int)limit);
+                drawn++;
+            } else {
+                assert_int_equal(error.code, PEL_ERROR_UNSUPPORTED);
+                assert_non_null(strstr(error.message, "MB") ? strstr(error.message, "MB") : strstr(error.message, "whole volume"));
+                assert_int_equal(drawn, 0); /* more memory is no less */
+                refused++;
+            }
+            pel_image_finish(&image);
+            pel_renderer_destroy(renderer);
+            assert_int_equal(pel_device_objects(on), 0);
+            pel_device_destroy(on);
+        }
+        print_message("extracted by the %s, %s: %d limits refused, %d drawn\n", ways[variant / 2], variant & 1 ? "translucent" : "opaque",
+                      refused, drawn);
+        assert_true(refused > 1 && drawn > 1);
+        pel_image_finish(&whole);
+        pel_scene_finish(&scene);
+        pel_volume_finish(&volume);
+    }
+}
+
+/* The eye amid the surfaces: what lies behind it is not drawn, what it looks along is cut by the picture's edges. */
+static void test_close_ups(void **state)
+{
+    (void)state;
+    need_device();
+    static const double eyes[][3] = { { 14, 12, 13 }, { 6.5, 9, 20 }, { 20, 3, 8 } },
+                        to[][3] = { { 28, 20, 3 }, { 14, 12, 13 }, { 2, 22, 25 } };
+    struct pel_renderer *renderer = gpu_renderer();
+    for (int view = 0; view < 6; view++) {
+        struct pel_volume volume;
+        struct pel_scene scene;
+        struct pel_image truth, mesh;
+        make_surfaces(&volume, &scene, PEL_F32, blob, view & 1 ? 0.4 : 1);
+        pel_volume_index_to_world(&volume, eyes[view / 2], scene.camera.position);
+        pel_volume_index_to_world(&volume, to[view / 2], scene.camera.focal_point);
+        scene.camera.view_angle = (double[]) { 60, 90, 120 }[view / 2];
+        draw_truth(&scene, 200, 160, &truth);
+        draw_mesh(renderer, &scene, 200, 160, &mesh);
+        check_at_most(uncovered(&truth, &mesh), 1, "close-up %d: thousandths of the pixels covered in one alone", view);
+        check_at_least(psnr(&truth, &mesh), 34, "close-up %d: PSNR", view);
+        check_at_most(depth_off(&truth, &mesh) / pel_volume_least_spacing(&volume), 0.03, "close-up %d: depth, in voxels", view);
+        pel_image_finish(&truth);
+        pel_image_finish(&mesh);
+        pel_scene_finish(&scene);
+        pel_volume_finish(&volume);
+    }
+    pel_renderer_destroy(renderer);
 }
 
 /* Anything may change between frames; what comes is what a new renderer draws. */
@@ -299,7 +395,8 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_raycast),  cmocka_unit_test(test_many_layers), cmocka_unit_test(test_extraction),
-        cmocka_unit_test(test_refusals), cmocka_unit_test(test_changes),    cmocka_unit_test(test_coincident),
+        cmocka_unit_test(test_refusals), cmocka_unit_test(test_changes),     cmocka_unit_test(test_coincident),
+        cmocka_unit_test(test_memory),   cmocka_unit_test(test_close_ups),
     };
     return cmocka_run_group_tests(tests, open_device, close_device);
 }

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /* Peeling: no crack and no miss. With the ray caster's steps the picture is the brute-force ray caster's to the last bit; with exact roots
  * it is that of the same roots along whole rays; whatever the view, the granularity, the cover, the way to make masks. What is refused, and
- * that nothing is left behind. Skipped, loudly, where no device is usable, and where there is no real data. */
+ * that nothing is left behind. Skipped, loudly, where no device is usable. */
 #include "on_device.h"
 
 static void set_option(struct pel_renderer *renderer, const char *name, const char *value)
@@ -360,13 +360,65 @@ static void test_tiles(void **state)
     pel_volume_finish(&volume);
 }
 
-/* The active cells of one frame. */
-static uint64_t active_cells(struct pel_renderer *renderer, const struct pel_scene *scene)
+/* What it keeps is held against the memory allowed: too little is refused, be it for the volume or for the masks beside it. */
+static void test_memory(void **state)
+{
+    (void)state;
+    need_device();
+    struct pel_volume volume;
+    struct pel_scene scene;
+    struct pel_image whole, image;
+    struct pel_renderer *free_one = gpu_renderer();
+    int no_volume = 0, no_masks = 0, drawn = 0;
+    make_typed(&volume, &scene, PEL_U8, crumbs);
+    scene.render.mode = PEL_MODE_ISOSURFACE;
+    draw_by(free_one, &scene, "peel", 24, 24, true, &whole);
+    for (uint64_t limit = 20000; limit < 80000; limit += 256) {
+        struct pel_error error = PEL_ERROR_INIT;
+        struct pel_device_params params = PEL_DEVICE_PARAMS_INIT;
+        struct pel_renderer_params on = PEL_RENDERER_PARAMS_INIT;
+        params.memory_limit = limit;
+        on.device = pel_device_create(-1, &params, NULL);
+        struct pel_renderer *renderer = pel_renderer_create(&on, NULL);
+        set_option(renderer, "mask-path", "compute");
+        pel_image_init(&image);
+        assert_true(pel_image_allocate(&image, 24, 24, true, NULL));
+        if (pel_renderer_draw(renderer, &scene, "peel", &image, &error)) {
+            check_same_bytes(&whole, &image, "under a limit");
+            drawn++;
+            limit += 8192; /* that more does is looked at in longer steps */
+        } else {
+            assert_int_equal(error.code, PEL_ERROR_UNSUPPORTED);
+            assert_int_equal(drawn, 0);
+            no_volume += strstr(error.message, "whole volume") != NULL;
+            no_masks += strstr(error.message, "masks beside them") != NULL;
+        }
+        pel_image_finish(&image);
+        pel_renderer_destroy(renderer);
+        pel_device_destroy(on.device);
+        limit += no_volume && !no_masks && limit < 38000 ? 4096 : 0;
+    }
+    print_message("%d limits hold no volume, %d no masks beside it, %d do\n", no_volume, no_masks, drawn);
+    assert_true(no_volume > 0 && no_masks > 0 && drawn > 0);
+    pel_image_finish(&whole);
+    pel_renderer_destroy(free_one);
+    pel_scene_finish(&scene);
+    pel_volume_finish(&volume);
+}
+
+/* What the active cells of one frame are: how many, and the segments that rays across them have in them, which other cells would change.
+ * Pictures would differ where a voxel is exactly the isovalue: on software devices 8 bits are kept in 16. */
+struct activity {
+    uint64_t cells, rays, segments;
+};
+
+static struct activity active_cells(struct pel_renderer *renderer, const struct pel_scene *scene)
 {
     struct pel_image image;
-    draw_by(renderer, scene, "peel", 8, 8, true, &image);
+    draw_by(renderer, scene, "peel", 24, 20, true, &image);
     pel_image_finish(&image);
-    return frame_counter(renderer, "active cells");
+    return (struct activity) { frame_counter(renderer, "active cells"), frame_counter(renderer, "rays with segments"),
+                               frame_counter(renderer, "segments") };
 }
 
 /* In software the CPU makes the cells' ranges: they are those that the device makes on hardware. */
@@ -384,21 +436,26 @@ static void test_ranges(void **state)
             make_sized(&volume, &scene, (const size_t[3]){ 33, 18, 41 }, (enum pel_type)type, voids && type >= PEL_F32 ? crumbs_with_holes : crumbs);
             scene.render.mode = PEL_MODE_ISOSURFACE;
             scene.isosurface_count = 1;
+            look_from(&scene, 19);
+            pel_camera_azimuth(&scene.camera, 11);
             volume.has_void = voids;
             volume.void_value = 110; /* the crumbs' */
             for (int grain = 1; grain <= 8; grain++)
                 for (int i = 0; i < 5; i++) {
-                    uint64_t cells[2];
+                    struct activity cells[2];
                     scene.isosurfaces[0].value = (double[]){ 6.5, 55, 80.5, 104.9, 109.5 }[i];
                     for (int k = 0; k < 2; k++) {
                         info->software = k;
+                        set_option(by[k], "mask-path", "compute");
                         set_option(by[k], "granularity", (const char[]){ (char)('0' + grain), 0 });
                         cells[k] = active_cells(by[k], &scene);
                     }
                     info->software = software;
-                    if (cells[0] != cells[1] || (i < 3 && cells[0] == 0) || (i == 4 && (cells[0] == 0) != voids))
-                        fail_msg("%s, voids %d, granularity %d, surface %d: %d cells by the device, %d by the CPU", pel_type_name((enum pel_type)type), voids,
-                                 grain, i, (int)cells[0], (int)cells[1]);
+                    if (memcmp(&cells[0], &cells[1], sizeof *cells) || (i < 3 && cells[0].cells == 0) ||
+                        (i == 4 && (cells[0].cells == 0) != voids))
+                        fail_msg("%s, voids %d, granularity %d, surface %d: %d cells and %d segments by the device, %d and %d by the CPU",
+                                 pel_type_name((enum pel_type)type), voids, grain, i, (int)cells[0].cells, (int)cells[0].segments,
+                                 (int)cells[1].cells, (int)cells[1].segments);
                 }
             pel_renderer_destroy(by[0]);
             pel_renderer_destroy(by[1]);
@@ -460,9 +517,9 @@ static void test_refusals(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_views),    cmocka_unit_test(test_close_ups), cmocka_unit_test(test_scenes),   cmocka_unit_test(test_exact_roots),
-        cmocka_unit_test(test_changes),  cmocka_unit_test(test_counters),  cmocka_unit_test(test_tiles),    cmocka_unit_test(test_refusals),
-        cmocka_unit_test(test_ranges),
+        cmocka_unit_test(test_views),   cmocka_unit_test(test_close_ups), cmocka_unit_test(test_scenes), cmocka_unit_test(test_exact_roots),
+        cmocka_unit_test(test_changes), cmocka_unit_test(test_counters),  cmocka_unit_test(test_tiles),  cmocka_unit_test(test_refusals),
+        cmocka_unit_test(test_ranges),  cmocka_unit_test(test_memory),
     };
     return cmocka_run_group_tests(tests, open_device, close_device);
 }

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 /* Meshes as files: each format is read back by the least that can, and holds the mesh. */
+#include <locale.h>
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -23,7 +24,7 @@ static struct pel_mesh *tetrahedra(double far)
     for (uint32_t i = 0; i < 8; i++)
         for (int a = 0; a < 3; a++) {
             mesh->positions[i][a] = corners[i % 4][a] * 0.3f + (float)(i / 4);
-            mesh->normals[i][a] = 0.57735f;
+            mesh->normals[i][a] = (a == 1 ? -0.001f : 0.1f) * (float)(i + 1) + (a == 2 ? 0.0625f : 0); /* each of its own */
             mesh->triangles[i][a] = faces[i % 4][a] + i / 4 * 4;
         }
     mesh->origin[0] = far;
@@ -78,7 +79,7 @@ static void test_ply(void **state)
             memcpy(&normal, at + record - 20, sizeof normal);
             memcpy(&isovalue, at + record - 8, sizeof isovalue);
             expect_near(is_far ? x : (double)near, mesh->origin[0] + (double)mesh->positions[v][0]);
-            expect_near((double)normal, 0.57735);
+            expect_near((double)normal, (double)mesh->normals[v][0]);
             assert_true(isovalue == 1 + v / 4);
         }
         for (int t = 0; t < 8; t++, at += 13) {
@@ -129,6 +130,8 @@ static void test_obj(void **state)
                 expect_near(p[a], mesh->origin[a] + (double)mesh->positions[vertices][a]);
             vertices++;
         } else if (sscanf(line, "vn %lf %lf %lf", &p[0], &p[1], &p[2]) == 3) {
+            for (int a = 0; a < 3; a++)
+                expect_near(p[a], (double)mesh->normals[normals][a]);
             normals++;
         } else if (sscanf(line, "f %zu//%zu %zu//%zu %zu//%zu", &c[0], &c[1], &c[2], &c[3], &c[4], &c[5]) == 6) {
             for (int i = 0; i < 6; i++)
@@ -178,6 +181,74 @@ static void test_vtp(void **state)
     pel_mesh_destroy(mesh);
 }
 
+/* A program with a comma for its decimal point writes points all the same. Where no such locale is installed, one is made from its source.
+ */
+static bool take_comma_locale(void)
+{
+    static const char *const names[] = { "de_DE.UTF-8", "de_DE.utf8", "fr_FR.UTF-8", "fr_FR.utf8" };
+    char command[512];
+    for (int i = 0; i < 4; i++)
+        if (setlocale(LC_ALL, names[i]))
+            return true;
+    snprintf(command, sizeof command, "localedef -i de_DE -f UTF-8 '%s' >/dev/null 2>&1", scratch("de_DE.UTF-8"));
+    setenv("LOCPATH", scratch("."), 1);
+    return system(command) == 0 && setlocale(LC_ALL, "de_DE.UTF-8");
+}
+
+static void test_locale(void **state)
+{
+    (void)state;
+    if (!take_comma_locale()) {
+        print_message("no locale with a decimal comma here, and none can be made: skipped\n");
+        skip();
+    }
+    char comma[8];
+    snprintf(comma, sizeof comma, "%.1f", 0.5);
+    assert_string_equal(comma, "0,5");
+    struct pel_mesh *mesh = tetrahedra(0.1);
+    mesh->parts[1].isovalue = 2.5;
+    const char *const names[] = { "l.ply", "l.obj" }, *const words[] = { "comment isovalue 2.5\n", "v 0.1 0 10\n" };
+    for (int i = 0; i < 2; i++) {
+        size_t size;
+        unsigned char *bytes = written(names[i], mesh, &size);
+        behind(bytes, size, words[i]);
+        free(bytes);
+    }
+    pel_mesh_destroy(mesh);
+    const char *const headers[] = { "l.nrrd", "l.mha", "l.vti" };
+    struct pel_volume volume, again;
+    pel_volume_init(&volume);
+    assert_true(pel_volume_allocate(&volume, (const size_t[3]) { 2, 3, 4 }, PEL_U8, 1, NULL));
+    volume.spacing[1] = 2.5;
+    for (int i = 0; i < 3; i++) {
+        size_t size;
+        assert_true(pel_write_volume(scratch(headers[i]), &volume, NULL, NULL));
+        unsigned char *bytes = read_file(scratch(headers[i]), &size);
+        behind(bytes, size, "2.5");
+        free(bytes);
+        read_ok(scratch(headers[i]), &again, NULL);
+        if (again.spacing[1] != 2.5)
+            fail_msg("%s: a spacing of %g came back", headers[i], again.spacing[1]);
+        pel_volume_finish(&again);
+    }
+    pel_volume_finish(&volume);
+    struct pel_scene scene;
+    size_t size;
+    assert_true(pel_scene_init(&scene, NULL));
+    scene.volume = NULL;
+    scene.render.step = 0.25;
+    scene.camera.view_angle = 22.5;
+    assert_true(pel_transfer_parse_opacity(&scene.transfer, "40:0,80:0.25", NULL));
+    assert_true(scene.transfer.opacities[1].opacity == 0.25);
+    assert_true(pel_write_scene(scratch("l.json"), &scene, NULL));
+    unsigned char *text = read_file(scratch("l.json"), &size);
+    behind(text, size, "0.25");
+    behind(text, size, "22.5");
+    free(text);
+    pel_scene_finish(&scene);
+    setlocale(LC_ALL, "C");
+}
+
 static bool cancel(void *user, double fraction)
 {
     (void)user;
@@ -193,7 +264,7 @@ static void test_refusals(void **state)
     struct pel_mesh *mesh = tetrahedra(0), empty = { .part_count = 1 };
     assert_false(pel_write_mesh(scratch("t.foo"), mesh, NULL, &error));
     assert_int_equal(error.code, PEL_ERROR_ARGUMENT);
-    assert_non_null(strstr(error.message, ".ply, .stl, .obj or .vtp"));
+    assert_non_null(strstr(error.message, ".ply, .stl, .obj or .vtp; give"));
     assert_false(pel_write_mesh(scratch("no/such/folder.ply"), mesh, NULL, &error));
     assert_int_equal(error.code, PEL_ERROR_IO);
     pel_mesh_destroy(mesh);
@@ -215,8 +286,8 @@ static void test_refusals(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_ply), cmocka_unit_test(test_stl),      cmocka_unit_test(test_obj),
-        cmocka_unit_test(test_vtp), cmocka_unit_test(test_refusals),
+        cmocka_unit_test(test_ply), cmocka_unit_test(test_stl),    cmocka_unit_test(test_obj),
+        cmocka_unit_test(test_vtp), cmocka_unit_test(test_locale), cmocka_unit_test(test_refusals),
     };
     return cmocka_run_group_tests(tests, make_scratch, remove_scratch);
 }

@@ -96,7 +96,11 @@ static void test_good_texts(void **state)
     assert_true(set(&a, "color", "0.1,0.2,0.3,0.4") && a.color[3] == 0.4);
     assert_true(set(&a, "color", "transparent") && a.color[3] == 0);
     assert_true(set(&a, "color", "white") && a.color[1] == 1 && a.color[3] == 1);
-    assert_true(set(&a, "color", "gray") && a.color[1] == 0.5);
+    assert_true(set(&a, "color", "gray") && a.color[1] == 0.5 && a.color[3] == 1);
+    assert_true(set(&a, "color", "Orange") && a.color[0] == 1 && a.color[1] == 165 / 255.0 && a.color[2] == 0 && a.color[3] == 1);
+    assert_true(set(&a, "color", "navy") && a.color[0] == 0 && a.color[2] == 128 / 255.0);
+    assert_true(set(&a, "color", "#f08") && a.color[0] == 1 && a.color[1] == 0 && a.color[2] == 136 / 255.0 && a.color[3] == 1);
+    assert_true(set(&a, "color", "#F083") && a.color[2] == 136 / 255.0 && a.color[3] == 0.2);
     assert_true(set(&a, "size", "1024x768") && a.size[0] == 1024 && a.size[1] == 768);
     assert_true(set(&a, "size", "64") && a.size[0] == 64 && a.size[1] == 64);
     assert_true(set(&a, "text", "") && a.text[0] == 0);

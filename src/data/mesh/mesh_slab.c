@@ -102,10 +102,10 @@ static void copy_shared(struct pel_brick_numbers *to, int kinds, const struct pe
         }
 }
 
-/* A brick of the row before or before in the row, where there is something in it. */
-static const struct pel_brick_numbers *filled(const struct pel_brick_numbers *numbers, bool there)
+/* Brick `x` of a row, where there is one and something is in it. */
+static const struct pel_brick_numbers *filled(const struct pel_brick_numbers *row, size_t x, size_t count, bool there)
 {
-    return there && numbers->any ? numbers : NULL;
+    return there && x < count && row[x].any ? &row[x] : NULL;
 }
 
 /* The vertices on the lowest and the highest plane of the bricks: on edges along x and y, and on the faces in the plane. What lies between
@@ -152,8 +152,8 @@ bool pel_mesh_slab_make(struct pel_mesh_slab *slab, const struct pel_mesh_work *
             row[x].any = false;
             if (!((double)bricks->least[at] < work->isovalue && (double)bricks->most[at] >= work->isovalue))
                 continue;
-            copy_shared(&row[x], kinds, filled(row + x - 1, x > 0), filled(before + x, y > 0),
-                        filled(before + x + 1, y > 0 && x + 1 < n[0]));
+            copy_shared(&row[x], kinds, filled(row, x - 1, n[0], x > 0), filled(before, x, n[0], y > 0),
+                        filled(before, x + 1, n[0], y > 0));
             b.first[0] = x * PEL_CELL_SIZE, b.first[1] = y * PEL_CELL_SIZE, b.first[2] = bz * PEL_CELL_SIZE;
             b.numbers = &row[x];
             pel_brick_load(&b);

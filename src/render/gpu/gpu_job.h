@@ -19,6 +19,7 @@ enum {
     PEL_UNIT_NEAR,
     PEL_UNIT_PICTURE,
 };
+enum { PEL_TILE_SIDE = 8 }; /* pixels along a side of a work group's tile (tile.glsl) */
 enum { PEL_BUFFER_COUNTERS = 2, PEL_BUFFER_SEEN, PEL_BUFFER_RANGE };
 
 /* A part of the volume that is drawn by itself; the whole volume is one. Index positions and voxels. */

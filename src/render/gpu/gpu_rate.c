@@ -7,7 +7,6 @@
 #include "timer.h"
 
 #define ROUNDS 5 /* the best counts: the first pays for warming up, any for what else the machine does */
-#define TILE 8
 
 static void set_filter(const struct pel_texture *volume, GLenum filter)
 {
@@ -41,7 +40,7 @@ bool pel_gpu_rate_measure(struct pel_device *device, const struct pel_gpu_rate *
         glFinish();
         double start = pel_now_ms();
         pel_gpu_timer_begin(device, &timer, "sample rate");
-        glDispatchCompute((GLuint)(size[0] - 1) / TILE + 1, (GLuint)(size[1] - 1) / TILE + 1, 1);
+        glDispatchCompute((GLuint)(size[0] - 1) / PEL_TILE_SIDE + 1, (GLuint)(size[1] - 1) / PEL_TILE_SIDE + 1, 1);
         pel_gpu_timer_end(&timer);
         glFinish();
         double wall_ms = pel_now_ms() - start, gpu_ms = pel_gpu_timer_ms(&timer), ms = device->info.software ? wall_ms : gpu_ms;

@@ -177,3 +177,15 @@ bool pel_gpu_volume_fits(const struct pel_device *device, const struct pel_gpu_f
     }
     return fits && (!limit || bytes + more <= limit);
 }
+
+bool pel_gpu_check_room(const struct pel_device *device, uint64_t held, uint64_t bytes, const char *what, const char *instead,
+                        struct pel_error *error)
+{
+    const uint64_t limit = device->params.memory_limit, most = device->info.max_storage_buffer_bytes;
+    if (bytes > most)
+        return pel_fail(error, PEL_ERROR_UNSUPPORTED, "%s: %.6g MB in one buffer, and those of the GPU hold %.6g MB; %s", what,
+                        (double)bytes / 1e6, (double)most / 1e6, instead);
+    return !limit || (held <= limit && bytes <= limit - held) ||
+           pel_fail(error, PEL_ERROR_UNSUPPORTED, "%s: %.6g MB beside %.6g MB of the GPU, of which %.6g MB may be taken (--gpu-memory); %s",
+                    what, (double)bytes / 1e6, (double)held / 1e6, (double)limit / 1e6, instead);
+}

@@ -26,6 +26,11 @@ struct pel_gpu_format pel_gpu_format_of(const struct pel_device *device, const s
 /* Can the device hold the whole volume as one texture, with `more` bytes beside it, in the memory that it is allowed? */
 bool pel_gpu_volume_fits(const struct pel_device *device, const struct pel_gpu_format *format, const struct pel_volume *volume, uint64_t more);
 
+/* May a buffer of so many bytes be made beside `held` bytes of what the technique keeps on the device? False with PEL_ERROR_UNSUPPORTED
+ * where shaders could not see all of it, or the memory allowed would not do; `instead` ("use the technique raycast") ends the message. */
+bool pel_gpu_check_room(const struct pel_device *device, uint64_t held, uint64_t bytes, const char *what, const char *instead,
+                        struct pel_error *error);
+
 /* Copies the box of `size` voxels from `origin` on to the device, in a texture of its size. */
 bool pel_gpu_volume_upload(struct pel_device *device, const struct pel_gpu_format *format, const struct pel_volume *volume,
                            const int origin[3], const int size[3], int threads, struct pel_texture *to, struct pel_error *error);

@@ -53,6 +53,15 @@ bool pel_histopyramid_reserve(struct pel_device *device, struct pel_histopyramid
     return pel_device_check(device, "HistoPyramid", error);
 }
 
+uint64_t pel_histopyramid_bytes(size_t items)
+{
+    struct pel_histopyramid p = { .items = items ? items : 1 };
+    size_t whole = 0;
+    lay_levels(&p, &whole);
+    return (p.items + PEL_HISTO_GROUP - 1) / PEL_HISTO_GROUP * PEL_HISTO_GROUP + sizeof(struct head) +
+           (uint64_t)whole * 4 * sizeof(uint32_t);
+}
+
 void pel_histopyramid_bind(const struct pel_histopyramid *p)
 {
     glBindBufferBase(GL_SHADER_STORAGE_BUFFER, PEL_BUFFER_HISTO_BASE, p->base.name);

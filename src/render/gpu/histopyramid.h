@@ -30,6 +30,9 @@ struct pel_histopyramid {
  * buffers do not hold them. */
 bool pel_histopyramid_reserve(struct pel_device *device, struct pel_histopyramid *pyramid, size_t items, struct pel_error *error);
 
+/* Bytes that it takes for so many items. */
+uint64_t pel_histopyramid_bytes(size_t items);
+
 /* Binds the buffers, for the shader that writes counts and for those that look outputs up. */
 void pel_histopyramid_bind(const struct pel_histopyramid *pyramid);
 

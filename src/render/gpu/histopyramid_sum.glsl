@@ -2,7 +2,7 @@
 // One level of a HistoPyramid from the one below it: with BASE sums over 16 counts, else over four sums. An invocation writes four of them.
 #define HISTO_ACCESS
 #include "histopyramid_levels.glsl"
-layout(local_size_x = 64) in;
+#include "histopyramid_invocation.glsl"
 layout(std430, binding = 5) readonly buffer HistoBase { uvec4 histo_base[]; };
 layout(location = 0) uniform uvec4 level; // sums that it has; where they start; where those below start; 1 for the highest
 
@@ -22,7 +22,7 @@ uint below(uint i)
 
 void main()
 {
-    uint i = gl_GlobalInvocationID.x + gl_GlobalInvocationID.y * gl_NumWorkGroups.x * 64u;
+    uint i = histo_invocation();
     if (4u * i >= level.x)
         return;
     uvec4 sums = uvec4(below(4u * i), below(4u * i + 1u), below(4u * i + 2u), below(4u * i + 3u));

@@ -3,7 +3,7 @@
 #define MESH_BRICKS readonly
 #include "mesh_cells.glsl"
 #include "histopyramid.glsl"
-layout(local_size_x = 64) in;
+#include "histopyramid_invocation.glsl"
 layout(std430, binding = 2) readonly buffer BrickSlots { uint brick_slot[]; };
 layout(std430, binding = 3) readonly buffer FirstVertices { uint first_vertex[]; };
 layout(std430, binding = 7) writeonly buffer Elements { uint elements[]; };
@@ -18,7 +18,7 @@ uint vertex_of(ivec3 at, int which)
 
 void main()
 {
-    uint number = gl_GlobalInvocationID.x + gl_GlobalInvocationID.y * gl_NumWorkGroups.x * 64u;
+    uint number = histo_invocation();
     if (number >= count)
         return;
     uvec2 from = histo_find(number);

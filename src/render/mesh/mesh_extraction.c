@@ -11,7 +11,8 @@
 
 /* Buffers, as the shaders name them; 5 and 6 are the pyramid's. */
 enum { BINDING_TABLE, BINDING_LIST, BINDING_SLOTS, BINDING_FIRST, BINDING_POINTS, BINDING_OUTPUT = 7 };
-enum { ENTRY_WORDS = 13, BRICK_ITEMS = 64 };
+enum { ENTRY_WORDS = 13, BRICK_ITEMS = 64, BRICK_BYTES = 14 /* of bounds, slot and counts */ };
+#define INSTEAD "extract the surface on the CPU"
 
 /* The shaders' CellTable (mesh_cells.glsl). */
 struct device_table {
@@ -78,8 +79,11 @@ bool pel_mesh_extraction_take(struct pel_device *device, struct pel_mesh_extract
                               struct pel_error *error)
 {
     x->voids = format->voids;
-    if (!pel_gpu_volume_fits(device, format, volume, 0))
+    const uint64_t bricks = (uint64_t)minmax->cells.dims[0] * minmax->cells.dims[1] * minmax->cells.dims[2];
+    if (!pel_gpu_volume_fits(device, format, volume, bricks * BRICK_BYTES + sizeof(struct device_table)))
         return pel_fail(error, PEL_ERROR_UNSUPPORTED, "the device does not hold the whole volume; extract the surface on the CPU");
+    if (!pel_gpu_check_room(device, 0, bricks * 2 * sizeof(float), "bounds of the volume's bricks", INSTEAD, error))
+        return false;
     x->ready = (x->table.name || send_table(device, &x->table, error)) && send_bounds(device, x, format, minmax, error) &&
                pel_gpu_volume_upload(device, format, volume, box->origin, box->size, threads, &x->volume, error);
     return x->ready;
@@ -109,6 +113,41 @@ static bool run_pass(const struct run *r, const char *file, size_t invocations, 
     return pel_device_check(r->device, file, error);
 }
 
+uint64_t pel_mesh_extraction_held(const struct pel_mesh_extraction *x)
+{
+    const struct pel_buffer *buffers[] = { &x->bounds,         &x->table,           &x->list,
+                                           &x->slots,          &x->first,           &x->bricks.base,
+                                           &x->bricks.levels,  &x->vertices.base,   &x->vertices.levels,
+                                           &x->triangles.base, &x->triangles.levels };
+    uint64_t bytes = x->volume.bytes;
+    for (size_t i = 0; i < sizeof buffers / sizeof *buffers; i++)
+        bytes += buffers[i]->bytes;
+    return bytes;
+}
+
+/* Room in a buffer that is one of ours or will be, where there may be so much. */
+static bool reserve(const struct run *r, struct pel_buffer *buffer, uint64_t beside, size_t bytes, const char *what,
+                    struct pel_error *error)
+{
+    if (buffer->bytes >= bytes)
+        return true;
+    pel_buffer_destroy(r->device, buffer);
+    return pel_gpu_check_room(r->device, r->x->beside + pel_mesh_extraction_held(r->x) + beside, bytes, what, INSTEAD, error) &&
+           pel_buffer_fill(r->device, buffer, NULL, bytes, error);
+}
+
+static bool reserve_pyramid(const struct run *r, struct pel_histopyramid *pyramid, size_t items, const char *what, struct pel_error *error)
+{
+    const uint64_t bytes = pel_histopyramid_bytes(items);
+    if (pyramid->base.bytes + pyramid->levels.bytes < bytes) {
+        pel_histopyramid_finish(r->device, pyramid);
+        if (r->device->params.memory_limit &&
+            !pel_gpu_check_room(r->device, r->x->beside + pel_mesh_extraction_held(r->x), bytes, what, INSTEAD, error))
+            return false;
+    }
+    return pel_histopyramid_reserve(r->device, pyramid, items, error);
+}
+
 static void bind(GLuint binding, const struct pel_buffer *buffer)
 {
     glBindBufferBase(GL_SHADER_STORAGE_BUFFER, binding, buffer->name);
@@ -123,14 +162,14 @@ static size_t groups_of(size_t items)
 static bool find_bricks(const struct run *r, struct pel_error *error)
 {
     struct pel_mesh_extraction *x = r->x;
-    if (!pel_histopyramid_reserve(r->device, &x->bricks, x->brick_count, error) ||
-        !pel_buffer_fill(r->device, &x->slots, NULL, x->brick_count * sizeof(uint32_t), error))
+    if (!reserve_pyramid(r, &x->bricks, x->brick_count, "counts of bricks", error) ||
+        !reserve(r, &x->slots, 0, x->brick_count * sizeof(uint32_t), "slots of bricks", error))
         return false;
     pel_histopyramid_bind(&x->bricks);
     bind(BINDING_TABLE, &x->bounds);
     if (!run_pass(r, "mesh_bricks.glsl", groups_of(x->brick_count), error) ||
         !pel_histopyramid_build(r->device, r->programs, &x->bricks, error) ||
-        !pel_buffer_fill(r->device, &x->list, NULL, ((size_t)x->bricks.total + 1) * sizeof(uint32_t), error))
+        !reserve(r, &x->list, 0, ((size_t)x->bricks.total + 1) * sizeof(uint32_t), "a list of bricks", error))
         return false;
     bind(BINDING_TABLE, &x->table);
     bind(BINDING_LIST, &x->list);
@@ -146,9 +185,9 @@ static bool count_all(const struct run *r, struct pel_error *error)
     if (items > UINT32_MAX)
         return pel_fail(error, PEL_ERROR_UNSUPPORTED, "a surface through %zu cells is more than the GPU extracts; extract it on the CPU",
                         items);
-    if (!pel_histopyramid_reserve(r->device, &x->vertices, items, error) ||
-        !pel_histopyramid_reserve(r->device, &x->triangles, items, error) ||
-        !pel_buffer_fill(r->device, &x->first, NULL, (items + 1) * sizeof(uint32_t), error))
+    if (!reserve_pyramid(r, &x->vertices, items, "counts of vertices", error) ||
+        !reserve_pyramid(r, &x->triangles, items, "counts of triangles", error) ||
+        !reserve(r, &x->first, 0, (items + 1) * sizeof(uint32_t), "the cells' first vertices", error))
         return false;
     bind(PEL_BUFFER_HISTO_BASE, &x->vertices.base);
     bind(BINDING_OUTPUT, &x->triangles.base);
@@ -164,8 +203,8 @@ static bool make_all(const struct run *r, struct pel_mesh_surface *to, struct pe
     if (vertices >= 1u << 28 || triangles > UINT32_MAX / 3)
         return pel_fail(error, PEL_ERROR_UNSUPPORTED, "a surface of %zu triangles is more than the GPU extracts; extract it on the CPU",
                         triangles);
-    if (!pel_buffer_fill(r->device, &to->vertices, NULL, (vertices + 1) * 6 * sizeof(float), error) ||
-        !pel_buffer_fill(r->device, &to->elements, NULL, (triangles + 1) * 3 * sizeof(uint32_t), error))
+    if (!reserve(r, &to->vertices, 0, (vertices + 1) * 6 * sizeof(float), "the surface's vertices", error) ||
+        !reserve(r, &to->elements, to->vertices.bytes, (triangles + 1) * 3 * sizeof(uint32_t), "the surface's triangles", error))
         return false;
     bind(BINDING_FIRST, &x->first);
     bind(BINDING_POINTS, &to->vertices);

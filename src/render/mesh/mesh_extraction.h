@@ -15,6 +15,7 @@ struct pel_mesh_extraction {
     struct pel_buffer list, slots, first;
     struct pel_histopyramid bricks, vertices, triangles;
     size_t brick_count;
+    uint64_t beside;   /* bytes that the caller keeps on the device beside these: set before each run */
     bool voids, ready; /* ready: the volume is there */
 };
 
@@ -33,6 +34,8 @@ bool pel_mesh_extraction_take(struct pel_device *device, struct pel_mesh_extract
 /* The surface of job.iso[number]; the frame's uniform block must be bound. */
 bool pel_mesh_extraction_run(struct pel_device *device, struct pel_programs *programs, struct pel_mesh_extraction *x, int number,
                              struct pel_mesh_surface *to, struct pel_error *error);
+/* Bytes on the device. */
+uint64_t pel_mesh_extraction_held(const struct pel_mesh_extraction *x);
 void pel_mesh_extraction_finish(struct pel_device *device, struct pel_mesh_extraction *x); /* accepts a zeroed one */
 
 #endif

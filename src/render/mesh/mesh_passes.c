@@ -4,10 +4,12 @@
 #include <string.h>
 
 #include "fail.h"
+#include "gpu_volume.h"
 #include "mesh_render.h"
 
 enum { BINDING_HEADS = 0, BINDING_LINKS = 1, BINDING_NODES = 7 };
 enum { LIST_HEADER = 4 }; /* words before the heads */
+enum { LINK_BYTES = 2 * sizeof(uint32_t), NODE_BYTES = 4 * sizeof(float) };
 
 static bool is_opaque(const struct pel_mesh_renderer *m, int surface)
 {
@@ -91,14 +93,16 @@ bool pel_mesh_draw_opaque(struct pel_mesh_renderer *m, struct pel_error *error)
 
 bool pel_mesh_reserve_lists(struct pel_mesh_renderer *m, uint64_t fragments, struct pel_error *error)
 {
-    const uint64_t most = m->device->info.max_storage_buffer_bytes / (4 * sizeof(float));
-    if (fragments > most || fragments > UINT32_MAX - 1)
-        return pel_fail(error, PEL_ERROR_UNSUPPORTED,
-                        "%llu translucent fragments are more than the GPU's buffers hold; draw a smaller picture",
+    const uint64_t others = pel_mesh_held(m) - m->links.bytes - m->nodes.bytes;
+    if (fragments > UINT32_MAX - 1)
+        return pel_fail(error, PEL_ERROR_UNSUPPORTED, "%llu translucent fragments are more than are counted; draw a smaller picture",
                         (unsigned long long)fragments);
+    if (!pel_gpu_check_room(m->device, others + fragments * LINK_BYTES, fragments * NODE_BYTES, "lists of translucent fragments",
+                            "draw a smaller picture", error))
+        return false;
     m->view.room[0] = 0; /* until there is */
-    if (!pel_buffer_fill(m->device, &m->links, NULL, (size_t)fragments * 2 * sizeof(uint32_t), error) ||
-        !pel_buffer_fill(m->device, &m->nodes, NULL, (size_t)fragments * 4 * sizeof(float), error))
+    if (!pel_buffer_fill(m->device, &m->links, NULL, (size_t)fragments * LINK_BYTES, error) ||
+        !pel_buffer_fill(m->device, &m->nodes, NULL, (size_t)fragments * NODE_BYTES, error))
         return false;
     m->view.room[0] = (uint32_t)fragments;
     return pel_buffer_fill(m->device, &m->mesh_block, &m->view, sizeof m->view, error);
@@ -110,6 +114,16 @@ static void bind_lists(const struct pel_mesh_renderer *m)
     glBindBufferBase(GL_SHADER_STORAGE_BUFFER, BINDING_HEADS, m->heads.name);
     glBindBufferBase(GL_SHADER_STORAGE_BUFFER, BINDING_LINKS, m->links.name);
     glBindBufferBase(GL_SHADER_STORAGE_BUFFER, BINDING_NODES, m->nodes.name);
+}
+
+/* Two fragments a pixel, where there is room for them. */
+static uint64_t first_guess(const struct pel_mesh_renderer *m)
+{
+    const uint64_t limit = m->device->params.memory_limit, held = pel_mesh_held(m) - m->links.bytes - m->nodes.bytes,
+                   pixels = (uint64_t)m->job.width * (uint64_t)m->job.height,
+                   room = limit ? limit > held ? (limit - held) / (LINK_BYTES + NODE_BYTES) : 0 : UINT32_MAX,
+                   most = m->device->info.max_storage_buffer_bytes / NODE_BYTES, least = room < most ? room : most;
+    return 2 * pixels < least ? 2 * pixels : least ? least : 1;
 }
 
 /* Once, or where the lists turn out to be too small, twice. */
@@ -132,7 +146,7 @@ static bool gather(struct pel_mesh_renderer *m, struct pel_error *error)
             return false;
         if (m->listed <= m->view.room[0])
             return true;
-        if (round || !pel_mesh_reserve_lists(m, (uint64_t)m->listed + m->listed / 8, error))
+        if (round || !pel_mesh_reserve_lists(m, m->listed + (m->device->params.memory_limit ? 0 : (uint64_t)m->listed / 8), error))
             return round ? pel_fail(error, PEL_ERROR_UNSUPPORTED, "the GPU drew two different pictures of one view") : false;
     }
 }
@@ -144,7 +158,7 @@ bool pel_mesh_draw_translucent(struct pel_mesh_renderer *m, struct pel_error *er
         return true;
     const size_t pixels = (size_t)m->job.width * (size_t)m->job.height;
     if (!pel_buffer_fill(m->device, &m->heads, NULL, (LIST_HEADER + pixels) * sizeof(uint32_t), error) ||
-        (!m->view.room[0] && !pel_mesh_reserve_lists(m, 2 * pixels, error)) || !gather(m, error))
+        (!m->view.room[0] && !pel_mesh_reserve_lists(m, first_guess(m), error)) || !gather(m, error))
         return false;
     return compute_whole(m, "mesh_resolve.glsl", &m->picture, true, error);
 }

@@ -3,7 +3,7 @@
 #define MESH_BRICKS readonly
 #include "mesh_cells.glsl"
 #include "histopyramid.glsl"
-layout(local_size_x = 64) in;
+#include "histopyramid_invocation.glsl"
 layout(std430, binding = 3) writeonly buffer FirstVertices { uint first_vertex[]; }; // number of an item's first vertex, and from bit 28 on which there are: of its edges, of its cell
 layout(std430, binding = 4) writeonly buffer Points { float points[]; };             // place and gradient, index space
 
@@ -42,7 +42,7 @@ vec3 middle_of(const float v[8], uint edges)
 
 void main()
 {
-    uint number = gl_GlobalInvocationID.x + gl_GlobalInvocationID.y * gl_NumWorkGroups.x * 64u;
+    uint number = histo_invocation();
     if (number >= count)
         return;
     uvec2 from = histo_find(number);

@@ -62,6 +62,9 @@ struct pel_mesh_renderer {
 bool pel_mesh_surfaces_make(struct pel_mesh_renderer *m, const struct pel_frame *frame, struct pel_error *error);
 void pel_mesh_surfaces_finish(struct pel_mesh_renderer *m);
 
+/* Bytes of surfaces, of lists and of the extraction on the device: what the memory allowed is held against. */
+uint64_t pel_mesh_held(const struct pel_mesh_renderer *m);
+
 /* ---- mesh_passes.c ---- */
 
 /* Buffers of lists for so many fragments, at least. */

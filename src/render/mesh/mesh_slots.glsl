@@ -3,12 +3,12 @@
 #define MESH_BRICKS
 #include "mesh_cells.glsl"
 #include "histopyramid.glsl"
-layout(local_size_x = 64) in;
+#include "histopyramid_invocation.glsl"
 layout(std430, binding = 2) writeonly buffer BrickSlots { uint brick_slot[]; };
 
 void main()
 {
-    uint slot = gl_GlobalInvocationID.x + gl_GlobalInvocationID.y * gl_NumWorkGroups.x * 64u;
+    uint slot = histo_invocation();
     if (slot >= count)
         return;
     uint brick = histo_find(slot).x;

@@ -107,14 +107,43 @@ void pel_mesh_surfaces_finish(struct pel_mesh_renderer *m)
     }
 }
 
+uint64_t pel_mesh_held(const struct pel_mesh_renderer *m)
+{
+    uint64_t bytes = pel_mesh_extraction_held(&m->extraction) + m->links.bytes + m->nodes.bytes;
+    for (int i = 0; i < PEL_MAX_ISOSURFACES; i++)
+        bytes += m->surfaces[i].vertices.bytes + m->surfaces[i].elements.bytes;
+    return bytes;
+}
+
+/* What the last surfaces had. Where memory is allowed for by the byte, nothing larger than need be is kept, nor what is no longer used. */
+static void clear(struct pel_mesh_renderer *m)
+{
+    const bool limited = m->device->params.memory_limit;
+    for (int i = 0; i < PEL_MAX_ISOSURFACES; i++) {
+        struct pel_mesh_surface *s = &m->surfaces[i];
+        s->vertex_count = s->element_count = 0;
+        if (limited) {
+            pel_buffer_destroy(m->device, &s->vertices);
+            pel_buffer_destroy(m->device, &s->elements);
+        }
+    }
+    if (limited && m->options.extract == PEL_MESH_EXTRACT_CPU)
+        pel_mesh_extraction_finish(m->device, &m->extraction);
+    if (limited) {
+        pel_buffer_destroy(m->device, &m->links);
+        pel_buffer_destroy(m->device, &m->nodes);
+        m->view.room[0] = 0;
+    }
+}
+
 /* ---- by the CPU ---- */
 
 static bool fits(const struct pel_mesh_renderer *m, const struct pel_mesh *mesh, struct pel_error *error)
 {
-    const uint64_t limit = m->device->params.memory_limit,
+    const uint64_t limit = m->device->params.memory_limit, held = pel_mesh_held(m),
                    bytes = (uint64_t)mesh->vertex_count * sizeof(struct vertex) + (uint64_t)mesh->triangle_count * sizeof *mesh->triangles;
-    bool counts = mesh->vertex_count <= INT32_MAX; /* which are taken off where a part's vertices begin */
-    return (counts && (!limit || bytes <= limit)) ||
+    bool counts = mesh->vertex_count <= INT32_MAX; /* as `base`, the number where a part's vertices begin, is a GLint and taken off */
+    return (counts && (!limit || held + bytes <= limit)) ||
            pel_fail(error, PEL_ERROR_UNSUPPORTED, "the surface takes %llu MB, more than the GPU may hold; use the technique raycast",
                     (unsigned long long)(bytes >> 20));
 }
@@ -174,9 +203,11 @@ static bool make_by_gpu(struct pel_mesh_renderer *m, const struct pel_frame *fra
         start = pel_now_ms();
     }
     glBindBufferBase(GL_UNIFORM_BUFFER, 0, m->block.name);
-    for (int i = 0; i < m->job.iso_count; i++)
+    for (int i = 0; i < m->job.iso_count; i++) {
+        m->extraction.beside = pel_mesh_held(m) - pel_mesh_extraction_held(&m->extraction);
         if (!pel_mesh_extraction_run(m->device, &m->programs, &m->extraction, i, &m->surfaces[i], error))
             return false;
+    }
     if (m->device->info.software)
         glFinish();
     pel_frame_stage(frame, "extraction", start);
@@ -186,8 +217,7 @@ static bool make_by_gpu(struct pel_mesh_renderer *m, const struct pel_frame *fra
 bool pel_mesh_surfaces_make(struct pel_mesh_renderer *m, const struct pel_frame *frame, struct pel_error *error)
 {
     const bool gpu = m->options.extract == PEL_MESH_EXTRACT_GPU;
-    for (int i = 0; i < PEL_MAX_ISOSURFACES; i++)
-        m->surfaces[i].vertex_count = m->surfaces[i].element_count = 0;
+    clear(m);
     if (!(gpu ? make_by_gpu(m, frame, error) : make_by_cpu(m, frame, error)))
         return false;
     for (int i = 0; i < m->job.iso_count; i++)

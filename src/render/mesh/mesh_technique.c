@@ -10,7 +10,7 @@ static const char *const extracts[] = { "cpu", "gpu", NULL };
 #define AT(field) offsetof(struct pel_mesh_options, field)
 static const struct pel_option options[] = {
     { "extract", "Extraction",
-      "Who makes the triangles: the CPU, or the GPU by HistoPyramids, whose triangles are marching cubes' own whatever the tolerance",
+      "Who makes the triangles: the CPU, or the GPU by HistoPyramids, whose triangles are marching cubes' own, as with a tolerance of 0",
       PEL_OPTION_CHOICE, AT(extract), 0, 0, "cpu", extracts, NULL },
     { "tolerance", "Tolerance",
       "How far triangles may lie from the surface, which is curved within a voxel, before vertices are added; 0 adds none, as marching "
@@ -20,12 +20,25 @@ static const struct pel_option options[] = {
 };
 #undef AT
 
+/* Nobody asked for it. */
+static bool is_default_tolerance(const struct pel_mesh_options *o)
+{
+    struct pel_mesh_options defaults;
+    pel_option_defaults(options, &defaults);
+    return o->tolerance == defaults.tolerance;
+}
+
 /* What triangles cannot draw is refused, so that nobody takes another picture for the one asked for. */
 static bool check(const struct pel_frame *frame, struct pel_error *error)
 {
     const struct pel_volume *v = frame->scene->volume;
     if (frame->scene->render.mode != PEL_MODE_ISOSURFACE)
         return pel_fail(error, PEL_ERROR_ARGUMENT, "mesh draws mode isosurface alone; use the technique raycast for the others");
+    const struct pel_mesh_options *o = frame->options;
+    if (o->extract == PEL_MESH_EXTRACT_GPU && o->tolerance != 0 && !is_default_tolerance(o))
+        return pel_fail(error, PEL_ERROR_ARGUMENT,
+                        "mesh: the GPU's triangles keep no tolerance (%g voxels were asked for); take extract cpu, or tolerance 0",
+                        o->tolerance);
     for (int a = 0; a < 3; a++)
         if (v->dims[a] < 2)
             return pel_fail(error, PEL_ERROR_UNSUPPORTED, "mesh: the volume is flat, one sample along %c; use the technique raycast",

@@ -13,7 +13,6 @@
 #include "rays.h"
 #include "timer.h"
 
-#define TILE 8 /* pixels a side (tile.glsl) */
 #define COUNTER_ROWS 64
 #define STRIP_SAMPLES 3e8 /* in one dispatch: no driver may take it for a hang */
 
@@ -46,6 +45,11 @@ void pel_peel_destroy(struct pel_peel *p)
 
 /* ---- preparing a frame ---- */
 
+uint64_t pel_peel_held(const struct pel_peel *p)
+{
+    return p->volume.bytes + p->ranges.bytes + p->pyramid.base.bytes + p->pyramid.levels.bytes + p->tree.bytes;
+}
+
 /* The volume, the macro-cells' ranges and the counts over them must all fit. */
 static bool fits(const struct pel_peel *p, const struct pel_volume *v, struct pel_error *error)
 {
@@ -54,7 +58,7 @@ static bool fits(const struct pel_peel *p, const struct pel_volume *v, struct pe
     pel_peel_grid(&p->job, p->options.granularity, grid);
     for (int a = 0; a < 3; a++)
         cells *= (uint64_t)grid[a];
-    return pel_gpu_volume_fits(p->device, &p->format, v, cells * (2 * (uint64_t)p->format.bytes + 2)) ||
+    return pel_gpu_volume_fits(p->device, &p->format, v, cells * 2 * (uint64_t)p->format.bytes + pel_histopyramid_bytes((size_t)cells)) ||
            pel_fail(error, PEL_ERROR_UNSUPPORTED,
                     "peel keeps the whole volume on the device, which does not hold it; use the technique raycast");
 }
@@ -191,14 +195,15 @@ static int strip_rows(const struct pel_peel *p, const struct pel_frame *frame, i
     pel_volume_bounds(frame->scene->volume, bounds);
     for (int a = 0; a < 3; a++)
         diagonal += (bounds[2 * a + 1] - bounds[2 * a]) * (bounds[2 * a + 1] - bounds[2 * a]);
-    double row = (sqrt(diagonal) / p->job.step + 1) * columns * TILE * TILE;
+    double row = (sqrt(diagonal) / p->job.step + 1) * columns * PEL_TILE_SIDE * PEL_TILE_SIDE;
     return (int)fmin(fmax(STRIP_SAMPLES / row, 1), 1 << 20);
 }
 
 /* Casts the rays of a rectangle, whose masks are bound. */
 static bool cast_rays(struct pel_peel *p, const struct pel_frame *frame, GLuint program, const int tile[4], struct pel_error *error)
 {
-    const int columns = tile[2] / TILE, all = tile[3] / TILE, rows = strip_rows(p, frame, columns), total = p->screen[3] / TILE;
+    const int columns = tile[2] / PEL_TILE_SIDE, all = tile[3] / PEL_TILE_SIDE, rows = strip_rows(p, frame, columns),
+              total = p->screen[3] / PEL_TILE_SIDE;
     glUseProgram(program);
     glBindTextureUnit(PEL_UNIT_VOLUME, p->volume.name);
     glBindTextureUnit(PEL_UNIT_MASK_TABLE, p->mask_table.name);
@@ -211,9 +216,9 @@ static bool cast_rays(struct pel_peel *p, const struct pel_frame *frame, GLuint 
     glBindImageTexture(0, p->picture.name, 0, GL_FALSE, 0, GL_WRITE_ONLY, GL_RGBA32F);
     glBindImageTexture(1, p->depth.name, 0, GL_FALSE, 0, GL_WRITE_ONLY, GL_R32F);
     for (int y = 0; y < all; y += rows) {
-        if (!pel_progress_report(frame->progress, fmin((double)((tile[1] - p->screen[1]) / TILE + y) / total, 1), error))
+        if (!pel_progress_report(frame->progress, fmin((double)((tile[1] - p->screen[1]) / PEL_TILE_SIDE + y) / total, 1), error))
             return false;
-        glProgramUniform4i(program, 0, tile[0] / TILE, tile[1] / TILE + y, 0, 0);
+        glProgramUniform4i(program, 0, tile[0] / PEL_TILE_SIDE, tile[1] / PEL_TILE_SIDE + y, 0, 0);
         glDispatchCompute((GLuint)columns, (GLuint)(all - y < rows ? all - y : rows), 1);
         glFlush();
     }
@@ -249,7 +254,8 @@ static bool draw_tiles(struct pel_peel *p, const struct pel_frame *frame, enum p
     if (!program || !screen[2])
         return program != 0;
     if (masked(p)) {
-        pel_peel_mask_tile(p, sides);
+        if (!pel_peel_mask_tile(p, sides, error))
+            return false;
         const int first[4] = { screen[0], screen[1], sides[0], sides[1] };
         if (!pel_peel_choose_path(p, first, path, error))
             return false;

@@ -87,6 +87,9 @@ void pel_peel_destroy(struct pel_peel *peel); /* accepts NULL */
 bool pel_peel_prepare(struct pel_peel *peel, const struct pel_frame *frame, struct pel_error *error);
 bool pel_peel_draw(struct pel_peel *peel, const struct pel_frame *frame, struct pel_error *error);
 
+/* Bytes of the volume, of what was made of its cells, and of the tree: what the memory allowed is held against. */
+uint64_t pel_peel_held(const struct pel_peel *peel);
+
 /* Sends the PeelBlock with this rectangle of the screen as its tile, and binds it. */
 bool pel_peel_send_view(struct pel_peel *peel, const int tile[4], struct pel_error *error);
 
@@ -115,8 +118,8 @@ bool pel_peel_send_ranges(struct pel_peel *peel, const struct pel_volume *volume
 
 /* ---- peel_masks.c: stage 2 ---- */
 
-/* Sides of the rectangles of the screen whose masks are made at once: as much as memory allows. */
-void pel_peel_mask_tile(const struct pel_peel *peel, int sides[2]);
+/* Sides of the rectangles of the screen whose masks are made at once: as much as memory allows. False where it allows none. */
+bool pel_peel_mask_tile(const struct pel_peel *peel, int sides[2], struct pel_error *error);
 /* The masks of a rectangle by a way (not auto), which leaves them bound, and the layers that they have. */
 bool pel_peel_make_masks(struct pel_peel *peel, enum pel_mask_path path, const int tile[4], struct pel_error *error);
 /* The way that the options ask for; measured on this rectangle at first where they do not say. */

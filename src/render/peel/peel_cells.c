@@ -54,6 +54,9 @@ bool pel_peel_find_active(struct pel_peel *p, struct pel_error *error)
     pel_histopyramid_dispatch((cells + PEL_HISTO_GROUP - 1) / PEL_HISTO_GROUP);
     if (!pel_histopyramid_build(p->device, &p->programs, &p->pyramid, error))
         return false;
+    if (p->pyramid.total > INT32_MAX) /* glDrawArrays and gl_VertexID count no further */
+        return pel_fail(error, PEL_ERROR_UNSUPPORTED, "peel: %u active cells are more than are drawn at once; take a coarser granularity",
+                        (unsigned)p->pyramid.total);
     p->counted = true;
     return true;
 }
@@ -90,6 +93,9 @@ bool pel_peel_plant_tree(struct pel_peel *p, struct pel_error *error)
         return true;
     if (!lay_tree(p, &whole))
         return pel_fail(error, PEL_ERROR_UNSUPPORTED, "the device's buffers do not hold the min-max tree; take a coarser granularity");
+    if (p->tree.bytes < whole * 8 && !pel_gpu_check_room(p->device, pel_peel_held(p) - p->tree.bytes, whole * 8, "peel: a min-max tree",
+                                                         "take a coarser granularity", error))
+        return false;
     GLuint program = pel_gpu_program(p->device, &p->programs, "peel_tree_level.glsl", 0, PEL_MODE_ISOSURFACE, error);
     if (!program || !pel_buffer_fill(p->device, &p->tree, NULL, (size_t)whole * 8, error) || !pel_peel_send_view(p, p->screen, error))
         return false;

@@ -9,7 +9,6 @@
 #include "peel.h"
 #include "timer.h"
 
-#define TILE 8
 #define MOST_MASK_BYTES ((uint64_t)256 << 20) /* at once */
 
 /* Slices of a layer: R16UI is drawn to, R32UI can be written by atomics. */
@@ -24,20 +23,28 @@ int pel_peel_layers(const struct pel_peel *p, enum pel_mask_path path)
     return (p->view.major[2] + slices - 1) / slices;
 }
 
-void pel_peel_mask_tile(const struct pel_peel *p, int sides[2])
+bool pel_peel_mask_tile(const struct pel_peel *p, int sides[2], struct pel_error *error)
 {
-    uint64_t room = MOST_MASK_BYTES, limit = p->device->params.memory_limit;
-    uint64_t pixel = 4 * (uint64_t)pel_peel_layers(p, PEL_MASKS_COMPUTE); /* in either way */
-    if (limit && limit / 4 < room)
-        room = limit / 4;
+    const uint64_t limit = p->device->params.memory_limit, held = pel_peel_held(p);
+    const int ways = p->options.path == PEL_MASKS_AUTO && p->chosen == PEL_MASKS_AUTO ? 2 : 1;                     /* to be measured */
+    uint64_t room = MOST_MASK_BYTES, pixel = 4 * (uint64_t)pel_peel_layers(p, PEL_MASKS_COMPUTE) * (uint64_t)ways; /* in either way */
+    if (limit && (held >= limit || limit - held < PEL_TILE_SIDE * PEL_TILE_SIDE * pixel))
+        return pel_fail(
+            error, PEL_ERROR_UNSUPPORTED,
+            "peel keeps %.6g MB on the device, and masks beside them are more than the %.6g MB that it may take (--gpu-memory); "
+            "take a coarser granularity, or the technique raycast",
+            (double)held / 1e6, (double)limit / 1e6);
+    if (limit && limit - held < room)
+        room = limit - held;
     for (int i = 0; i < 2; i++)
         sides[i] = p->screen[2 + i];
     if ((uint64_t)sides[0] * (uint64_t)sides[1] * pixel <= room)
-        return;
-    int side = (int)sqrt((double)room / (double)pixel) / TILE * TILE;
+        return true;
+    int side = (int)sqrt((double)room / (double)pixel) / PEL_TILE_SIDE * PEL_TILE_SIDE;
     for (int i = 0; i < 2; i++)
         if (sides[i] > side)
-            sides[i] = side > TILE ? side : TILE;
+            sides[i] = side > PEL_TILE_SIDE ? side : PEL_TILE_SIDE;
+    return true;
 }
 
 /* Bits start..end of a run, from the least, as nibbles: eight runs at most. Three numbers a mask, as printed: how many runs, where they

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // The masks of section 4.2 without a rasteriser: an invocation an active cell, which goes over the pixels that it covers; cells that cover many are left for the whole work group.
 #include "peel_cover.glsl"
-layout(local_size_x = 64) in;
+#include "histopyramid_invocation.glsl"
 layout(r32ui, binding = 0) coherent uniform uimage2DArray masks; // 32 slices a layer: atomics have no 16 bits
 layout(location = 0) uniform uint active_cells;
 
@@ -28,7 +28,7 @@ void mark(Cover cover, int i, int step)
 
 void main()
 {
-    uint number = gl_GlobalInvocationID.x + gl_GlobalInvocationID.y * gl_NumWorkGroups.x * 64u;
+    uint number = histo_invocation();
     if (gl_LocalInvocationIndex == 0u)
         large_count = 0u;
     barrier();

@@ -8,8 +8,6 @@
 #include "rays.h"
 #include "vec.h"
 
-#define TILE 8 /* pixels a side (tile.glsl) */
-
 void pel_peel_grid(const struct pel_job *job, int granularity, int grid[4])
 {
     for (int a = 0; a < 3; a++)
@@ -69,8 +67,8 @@ static void find_screen(struct pel_peel *p, bool parallel)
     if (!pel_rays_rectangle(&p->job, parallel, lo, hi, rectangle))
         return;
     for (int i = 0; i < 2; i++) {
-        p->screen[i] = rectangle[i] / TILE * TILE;
-        p->screen[2 + i] = (rectangle[2 + i] + TILE - 1) / TILE * TILE - p->screen[i];
+        p->screen[i] = rectangle[i] / PEL_TILE_SIDE * PEL_TILE_SIDE;
+        p->screen[2 + i] = (rectangle[2 + i] + PEL_TILE_SIDE - 1) / PEL_TILE_SIDE * PEL_TILE_SIDE - p->screen[i];
     }
 }
 

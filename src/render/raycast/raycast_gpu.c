@@ -13,7 +13,6 @@
 #include "rays.h"
 #include "timer.h"
 
-#define TILE 8          /* pixels a side (tile.glsl) */
 #define COUNTER_ROWS 64
 #define STRIP_SAMPLES 3e8 /* in one dispatch: no driver may take it for a hang */
 
@@ -192,7 +191,7 @@ static int strip_rows(const struct pel_gpu_raycaster *rc, const struct pel_frame
     pel_volume_bounds(frame->scene->volume, bounds);
     for (int a = 0; a < 3; a++)
         diagonal += (bounds[2 * a + 1] - bounds[2 * a]) * (bounds[2 * a + 1] - bounds[2 * a]);
-    double row = (sqrt(diagonal) / rc->job.step + 1) * columns * TILE * TILE;
+    double row = (sqrt(diagonal) / rc->job.step + 1) * columns * PEL_TILE_SIDE * PEL_TILE_SIDE;
     return (int)fmin(fmax(STRIP_SAMPLES / row, 1), 1 << 20);
 }
 
@@ -222,8 +221,8 @@ static bool draw_tiles(const struct pel_gpu_raycaster *rc, const struct pel_fram
 static void whole_picture(const struct pel_image *image, int tiles[4])
 {
     tiles[0] = tiles[1] = 0;
-    tiles[2] = (image->width - 1) / TILE + 1;
-    tiles[3] = (image->height - 1) / TILE + 1;
+    tiles[2] = (image->width - 1) / PEL_TILE_SIDE + 1;
+    tiles[3] = (image->height - 1) / PEL_TILE_SIDE + 1;
 }
 
 /* Does any of the slices' planes meet the brick? */
@@ -255,8 +254,8 @@ static bool brick_tiles(const struct pel_gpu_raycaster *rc, const struct pel_sce
         !pel_rays_rectangle(&rc->job, scene->camera.parallel, lo, hi, rectangle))
         return false;
     for (int i = 0; i < 2; i++) {
-        tiles[i] = rectangle[i] / TILE;
-        tiles[2 + i] = (rectangle[2 + i] - 1) / TILE + 1;
+        tiles[i] = rectangle[i] / PEL_TILE_SIDE;
+        tiles[2 + i] = (rectangle[2 + i] - 1) / PEL_TILE_SIDE + 1;
     }
     return true;
 }
