@@ -16,6 +16,8 @@
 /* Between two pictures of a refinement that are sent. */
 #define REFINED_MS 700.0
 static const char fast[] = "slices2d", usual[] = "raycast";
+/* Of the time for a picture of motion, what the fast technique may take to draw it; what is left is for its way to the page. */
+#define DRAWING_SHARE 0.6
 
 enum work { WORK_NONE, WORK_MOVING, WORK_SLICES, WORK_FULL, WORK_REFINE, WORK_JOB };
 
@@ -246,20 +248,40 @@ static void tell_failure(struct drawer *d, const struct pel_error *error)
 
 /* ---- drawing ---- */
 
+static void note_drawn(const struct drawer *d, double start, struct frame_facts *f)
+{
+    f->draw_ms = session_now() - start;
+    f->stats = pel_renderer_stats(d->renderer);
+}
+
 static bool draw(struct drawer *d, const char *technique, struct pel_image *image, struct frame_facts *f, struct pel_error *error)
 {
     double start = session_now();
     if (!session_take_options(d->renderer, &d->scene, technique, error) || !pel_renderer_draw(d->renderer, &d->scene, technique, image, error))
         return false;
-    f->draw_ms = session_now() - start;
-    f->stats = pel_renderer_stats(d->renderer);
+    note_drawn(d, start, f);
+    return true;
+}
+
+/* By the fast technique, which leaves slices out to keep to the budget. */
+static bool draw_fast(struct drawer *d, struct frame_facts *f, struct pel_error *error)
+{
+    const struct pel_technique_info *info = pel_technique_find(fast);
+    double start = session_now();
+    char budget[32];
+    snprintf(budget, sizeof budget, "%d", (int)ceil(DRAWING_SHARE * d->pace.budget_ms));
+    if (!session_take_options(d->renderer, &d->scene, fast, error) ||
+        !pel_option_set(pel_option_find(info->options, "budget"), pel_renderer_options(d->renderer, fast), budget, error) ||
+        !pel_renderer_draw(d->renderer, &d->scene, fast, &d->moving, error))
+        return false;
+    note_drawn(d, start, f);
     return true;
 }
 
 /* The fast technique where it can, else the scene's own with twice the step. */
 static bool draw_quickly(struct drawer *d, struct frame_facts *f, struct pel_error *error)
 {
-    bool fine = takes_fast(d) && draw(d, fast, &d->moving, f, error);
+    bool fine = takes_fast(d) && draw_fast(d, f, error);
     if (fine || error->code != PEL_ERROR_NONE) {
         if (fine || error->code != PEL_ERROR_UNSUPPORTED)
             return fine;
@@ -290,7 +312,7 @@ static bool draw_moving(struct drawer *d, struct frame_facts *f, enum pace_kind 
     if (first && kind == PACE_SCENE) {
         /* What a turn will cost is known before the first one: the same picture again, with all prepared. */
         double drawn = f->draw_ms;
-        if (draw(d, takes_fast(d) ? fast : d->technique, &d->moving, f, NULL))
+        if (takes_fast(d) ? draw_fast(d, f, NULL) : draw(d, d->technique, &d->moving, f, NULL))
             pace_measured(&d->pace, PACE_CAMERA, size, ms - drawn + f->draw_ms);
     }
     return true;

@@ -231,7 +231,7 @@ bool pel_shear_factor(const struct pel_job *job, bool perspective, const struct 
     double eye[3] = { 0, 0, 0 }, start[2], by[2];
     for (int a = 0; perspective && a < 3; a++)
         eye[a] = job->p0[a] + job->s_least * job->d0[a];
-    *s = (struct pel_shear) { .perspective = perspective, .slice_from = -1e9, .step = (double)sign / settings->supersampling };
+    *s = (struct pel_shear) { .perspective = perspective, .slice_from = -1e9, .step = sign * (double)settings->every / settings->supersampling };
     *warp = (struct pel_warp) { .split = split, .axis = c, .sign = sign };
     memcpy(s->axis, axes[c], sizeof s->axis);
     s->first = sign > 0 ? 0 : job->dims[c] - 1;
@@ -260,7 +260,7 @@ bool pel_shear_factor(const struct pel_job *job, bool perspective, const struct 
                         "an intermediate image of %.0f x %.0f rays is too large; ask for fewer rays, or use raycast", size[0], size[1]);
     s->width = (int)size[0], s->height = (int)size[1];
     s->unit = !perspective && by[0] == 1;
-    s->slice_count = (job->dims[c] - 1) * settings->supersampling + 1;
+    s->slice_count = ((job->dims[c] - 1) * settings->supersampling + settings->every - 1) / settings->every + 1;
     rays_in_slices(job, perspective, eye, start, by, s);
     for (int i = 0; i < 3; i++) {
         double over = perspective ? sign * map.over[i] : map.over[i]; /* the border moves the image by a pixel */
@@ -277,7 +277,8 @@ void pel_shear_slices(const struct pel_job *job, const struct pel_shear_settings
     const int c = s->axis[2], sign = s->step > 0 ? 1 : -1;
     for (int m = 0; m < s->slice_count; m++) {
         struct pel_slice *to = &slices[m];
-        double k = s->first + sign * (double)m / settings->supersampling;
+        double k = s->first + sign * (double)(m * settings->every) / settings->supersampling;
+        k = fmin(fmax(k, 0), job->dims[c] - 1); /* the last of fewer slices may lie beyond the voxels */
         to->voxel = (int)k < job->last_cell[c] ? (int)k : job->last_cell[c];
         to->weight = (float)(k - to->voxel);
         to->cell = (int)k >> PEL_CELL_SHIFT;

@@ -12,7 +12,7 @@ enum pel_intermediate {
 };
 
 struct pel_shear_settings {
-    int supersampling; /* slices a slice of voxels: 1 to 10 */
+    int supersampling, every; /* slices a slice of voxels, 1 to 10, and one of these for so many */
     enum pel_intermediate intermediate;
     double rays;  /* of the intermediate image, a voxel or pixel along each axis */
     double blend; /* degrees about the switch from one axis to another in which both are drawn and mixed; 0: none */

@@ -58,7 +58,7 @@ with Folder() as folder:
         fails("shear-warp in mode " + mode, 2, "composite alone on the CPU; use the technique raycast", *sheared, "-o", folder / "no.png", "--mode", mode)
     for classification in ["pre", "preintegrated"]:
         fails("shear-warp classifying " + classification, 2, "post) alone on the CPU; use the technique raycast", *sheared, "-o", folder / "no.png", "--classification", classification)
-    for words in [["--slice-step", "2"], ["--lighting", "voxel"], ["--lighting", "global"], ["--texture-coordinates", "shared"]]:
+    for words in [["--lighting", "voxel"], ["--lighting", "global"], ["--texture-coordinates", "shared"]]:
         fails("shear-warp with " + " ".join(words), 2, "use --device gpu", *sheared, "-o", folder / "no.png", *words)
     fails("shear-warp with too many rays", 2, "--rays", *sheared, "-o", folder / "no.png", "--rays", "9")
     check(not os.path.exists(folder / "no.png"), "nothing is drawn of what is refused")

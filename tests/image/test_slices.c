@@ -15,6 +15,12 @@ static const struct setting blended[] = {
     { "supersampling", "3" }, { "intermediate", "picture" }, { "rays", "2" }, { "blend", "8" }, { NULL, NULL }
 };
 
+static const struct setting fewer[][4] = {
+    { { "slice-step", "2" }, { "intermediate", "picture" } },
+    { { "slice-step", "5" }, { "intermediate", "picture" } },
+    { { "slice-step", "8" }, { "intermediate", "picture" }, { "supersampling", "3" } },
+};
+
 static void set_options(struct pel_renderer *renderer, const struct setting *settings)
 {
     for (; settings->name; settings++)
@@ -157,8 +163,73 @@ static void test_homogeneous(void **state)
             check_at_most(fabs(channel(&image, 16, 16, 3) - channel(&truth, 16, 16, 3)), 2e-4, "opacity in the middle, turn %d", turn);
             check_at_least(psnr(&image, &truth), 45, "homogeneous, parallel %d, turn %d: PSNR, dB", parallel, turn);
             pel_image_finish(&image);
+            slices(&scene, fewer[turn], 2, 33, &image); /* fewer slices are thicker */
+            check_at_most(fabs(channel(&image, 16, 16, 3) - channel(&truth, 16, 16, 3)), 1e-3, "opacity of fewer slices, turn %d", turn);
+            pel_image_finish(&image);
             pel_image_finish(&truth);
         }
+    pel_scene_finish(&scene);
+    pel_volume_finish(&volume);
+}
+
+/* A slice for several slices of voxels is a coarser picture of the same, and costs less. */
+static void test_slice_step(void **state)
+{
+    (void)state;
+    struct pel_volume volume;
+    struct pel_scene scene;
+    struct pel_renderer *renderer = pel_renderer_create(NULL, NULL);
+    const char *const steps[] = { "1", "2", "3" };
+    make_blobs(&volume, &scene, PEL_U8, blobs);
+    for (int d = 0; d < 26; d += 3) {
+        struct pel_image images[3];
+        uint64_t samples = 0;
+        double forward[3];
+        direction(d, forward);
+        look_parallel(&scene, forward, 120, 22);
+        scene.camera.parallel = d & 1;
+        scene.camera.view_angle = 25;
+        for (int i = 0; i < 3; i++) {
+            set_option_of(renderer, "slices2d", "slice-step", steps[i]);
+            draw_by(renderer, &scene, "slices2d", SIZE, SIZE, true, &images[i]);
+            if (i == 0)
+                samples = frame_counter(renderer, "samples taken");
+            check_at_most((double)frame_counter(renderer, "samples taken"), 1.2 * (double)samples / (i + 1), "direction %d: samples of step %s", d,
+                          steps[i]);
+            check_at_least(psnr(&images[0], &images[i]), 29, "direction %d: PSNR of step %s, dB", d, steps[i]);
+        }
+        for (int i = 0; i < 3; i++)
+            pel_image_finish(&images[i]);
+    }
+    pel_renderer_destroy(renderer);
+    pel_scene_finish(&scene);
+    pel_volume_finish(&volume);
+}
+
+static uint64_t slices_within(struct pel_renderer *renderer, const struct pel_scene *scene, const char *budget)
+{
+    struct pel_image image;
+    set_option_of(renderer, "slices2d", "budget", budget);
+    for (int i = 0; i < 12; i++) { /* what pictures cost becomes known */
+        draw_by(renderer, scene, "slices2d", SIZE, SIZE, false, &image);
+        pel_image_finish(&image);
+    }
+    return frame_counter(renderer, "slices");
+}
+
+/* Where there is no time, no slice is drawn that can be left out; where there is, or nobody is in a hurry, all are. */
+static void test_budget(void **state)
+{
+    (void)state;
+    struct pel_volume volume;
+    struct pel_scene scene;
+    struct pel_renderer *renderer = pel_renderer_create(NULL, NULL);
+    make_blobs(&volume, &scene, PEL_U8, blobs);
+    look_parallel(&scene, (const double[3]) { 0.1, 0.2, 1 }, 120, 22);
+    assert_int_equal(slices_within(renderer, &scene, "0.0001"), 1 + (35 - 1 + 7) / 8);
+    assert_int_equal(slices_within(renderer, &scene, "0"), 35);
+    assert_int_equal(slices_within(renderer, &scene, "10000"), 35);
+    pel_renderer_destroy(renderer);
     pel_scene_finish(&scene);
     pel_volume_finish(&volume);
 }
@@ -549,6 +620,7 @@ int main(void)
         cmocka_unit_test(test_switch),     cmocka_unit_test(test_depth),   cmocka_unit_test(test_linear_correction),
         cmocka_unit_test(test_refusals),   cmocka_unit_test(test_changes), cmocka_unit_test(test_blend),
         cmocka_unit_test(test_no_read_beyond), cmocka_unit_test(test_changes_along_axes),
+        cmocka_unit_test(test_slice_step), cmocka_unit_test(test_budget),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

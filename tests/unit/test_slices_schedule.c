@@ -42,7 +42,7 @@ static void test_counts(void **state)
 static void test_nothing_known(void **state)
 {
     (void)state;
-    const struct pel_slices2d_scheduler s = { { 0 } };
+    const struct pel_slices2d_scheduler s = { 0 };
     struct pel_slices2d_quality q = pel_slices2d_schedule(&s, false, 10, VOXELS, &best);
     assert_int_equal(q.supersampling, 4);
     assert_int_equal(q.slices_per_polygon, 4);
@@ -55,13 +55,13 @@ static void test_budget(void **state)
 {
     (void)state;
     for (double scale = 0.01; scale < 3; scale *= 2) {
-        struct pel_slices2d_scheduler s = { { 0 } };
+        struct pel_slices2d_scheduler s = { 0 };
         const double budget = 60;
         struct pel_slices2d_quality q = run(&s, 10, budget, scale), finer = q;
         assert_int_equal(q.slices_per_polygon, 4);
         assert_true(frame_ms(&q, scale) <= budget || (q.supersampling == 1 && q.every == 8));
         if (q.every > 1)
-            finer.every /= 2;
+            finer.every--;
         else
             finer.supersampling++;
         assert_true(frame_ms(&finer, scale) > budget || q.supersampling == best.supersampling);
@@ -71,7 +71,7 @@ static void test_budget(void **state)
 static void test_rest_is_best(void **state)
 {
     (void)state;
-    struct pel_slices2d_scheduler s = { { 0 } };
+    struct pel_slices2d_scheduler s = { 0 };
     struct pel_slices2d_quality q = run(&s, 10, 1, 1);
     assert_int_equal(q.every, 8);
     q = pel_slices2d_schedule(&s, false, 1, VOXELS, &best);
@@ -84,7 +84,7 @@ static void test_rest_is_best(void **state)
 static void test_change_of_cost(void **state)
 {
     (void)state;
-    struct pel_slices2d_scheduler s = { { 0 } };
+    struct pel_slices2d_scheduler s = { 0 };
     run(&s, 10, 60, 0.1);
     struct pel_slices2d_quality q = run(&s, 12, 60, 1);
     assert_true(frame_ms(&q, 1) <= 60);
@@ -92,11 +92,24 @@ static void test_change_of_cost(void **state)
     assert_int_equal(q.supersampling, best.supersampling);
 }
 
+/* An engine that has no polygons: it keeps to the budget, and tries nothing. */
+static void test_no_polygons(void **state)
+{
+    (void)state;
+    struct pel_slices2d_scheduler s = { .no_polygons = true };
+    for (int i = 0; i < 6; i++) {
+        struct pel_slices2d_quality q = pel_slices2d_schedule(&s, true, 60, VOXELS, &best);
+        assert_int_equal(q.slices_per_polygon, best.slices_per_polygon);
+        assert_true(i == 0 || frame_ms(&q, 0.5) <= 60);
+        pel_slices2d_measured(&s, &q, VOXELS, frame_ms(&q, 0.5));
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_counts),       cmocka_unit_test(test_nothing_known),  cmocka_unit_test(test_budget),
-        cmocka_unit_test(test_rest_is_best), cmocka_unit_test(test_change_of_cost),
+        cmocka_unit_test(test_rest_is_best), cmocka_unit_test(test_change_of_cost), cmocka_unit_test(test_no_polygons),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -13,11 +13,12 @@ enum pel_slices2d_lighting { PEL_LIGHTING_SCENE, PEL_LIGHTING_GLOBAL, PEL_LIGHTI
 struct pel_slices2d_options {
     int supersampling;
     enum pel_slices2d_correction correction;
+    int every;        /* a slice for so many slices of voxels */
+    double budget_ms; /* 0: none */
     /* The CPU engine's. */
     enum pel_intermediate intermediate;
     double rays;
     /* The GPU engine's. */
-    int every;              /* a slice for so many slices of voxels */
     int slices_per_polygon; /* index into 1, 2, 4, 8 */
     enum pel_slices2d_coordinates coordinates;
     double blend; /* degrees */

@@ -4,10 +4,10 @@
 #define SIZES 4
 #define COARSEST 8
 
-static int index_of(int slices_per_polygon)
+static int index_of(const struct pel_slices2d_scheduler *s, int slices_per_polygon)
 {
     int i = 0;
-    while (i < SIZES - 1 && 1 << i < slices_per_polygon)
+    while (!s->no_polygons && i < SIZES - 1 && 1 << i < slices_per_polygon)
         i++;
     return i;
 }
@@ -19,7 +19,7 @@ int pel_slices2d_scheduled(const struct pel_slices2d_quality *q, int voxels)
 
 void pel_slices2d_measured(struct pel_slices2d_scheduler *s, const struct pel_slices2d_quality *q, int voxels, double ms)
 {
-    double *known = &s->ms_per_slice[index_of(q->slices_per_polygon)], cost = ms / pel_slices2d_scheduled(q, voxels);
+    double *known = &s->ms_per_slice[index_of(s, q->slices_per_polygon)], cost = ms / pel_slices2d_scheduled(q, voxels);
     if (cost > 0)
         *known = *known > 0 ? 0.5 * (*known + cost) : cost; /* half of what was, so that one slow frame does not decide */
 }
@@ -37,7 +37,7 @@ static int cheapest(const struct pel_slices2d_scheduler *s)
 /* The largest that was not tried: it is most likely to cost least. */
 static int untried(const struct pel_slices2d_scheduler *s)
 {
-    for (int i = SIZES - 1; i > 0; i--)
+    for (int i = s->no_polygons ? 0 : SIZES - 1; i > 0; i--)
         if (!(s->ms_per_slice[i] > 0))
             return i;
     return -1;
@@ -49,7 +49,7 @@ static bool coarsen(struct pel_slices2d_quality *q)
     if (q->supersampling > 1)
         q->supersampling--;
     else if (q->every < COARSEST)
-        q->every *= 2;
+        q->every++;
     else
         return false;
     return true;
@@ -60,7 +60,7 @@ struct pel_slices2d_quality pel_slices2d_schedule(const struct pel_slices2d_sche
 {
     struct pel_slices2d_quality q = *best;
     const int known = cheapest(s), next = untried(s);
-    if (known >= 0)
+    if (known >= 0 && !s->no_polygons)
         q.slices_per_polygon = 1 << known;
     if (!interacting)
         return q;

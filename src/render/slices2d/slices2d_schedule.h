@@ -9,12 +9,13 @@
 /* How a frame is drawn: options of slices2d. */
 struct pel_slices2d_quality {
     int supersampling;      /* 1..10 */
-    int every;              /* one slice for so many slices of voxels: 1, 2, 4, 8 */
+    int every;              /* one slice for so many slices of voxels: 1 to 8 */
     int slices_per_polygon; /* 1, 2, 4, 8 */
 };
 
 struct pel_slices2d_scheduler {
     double ms_per_slice[4]; /* with 1, 2, 4 and 8 slices a polygon; 0: not measured yet. Zeroed to begin with */
+    bool no_polygons;       /* slices a polygon make no difference: nothing is there to try */
 };
 
 /* Slices of a frame of that quality, where `voxels` slices of voxels lie along the view. */

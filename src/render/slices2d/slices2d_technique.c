@@ -2,6 +2,7 @@
 /* Object-aligned slices. The paper (Rezk-Salama et al. 2000, section 4) keeps three stacks of 2D textures and lets the graphics card shear
  * and warp them without saying so: on a GPU that is slices2d_gpu.c and the .glsl files beside it. On the CPU the shear and the warp are
  * explicit (Lacroute and Levoy 1994), in src/cpu/shear_warp.c. */
+#include <math.h>
 #include <stddef.h>
 #include <stdlib.h>
 
@@ -10,6 +11,7 @@
 #include "shear_warp.h"
 #include "slices2d.h"
 #include "slices2d_gpu.h"
+#include "slices2d_schedule.h"
 #include "technique.h"
 #include "timer.h"
 
@@ -32,8 +34,10 @@ static const struct pel_option options[] = {
       AT(intermediate), 0, 0, "voxel", intermediates, NULL },
     { "rays", "Rays", "Rays of the CPU engine's intermediate image along each axis, a voxel or a pixel", PEL_OPTION_DOUBLE, AT(rays), 0.25,
       8, "1", NULL, NULL },
-    { "slice-step", "Slice step", "One slice for so many slices of voxels (GPU): what moves need not be as fine as what rests",
-      PEL_OPTION_INT, AT(every), 1, 8, "1", NULL, NULL },
+    { "slice-step", "Slice step", "One slice for so many slices of voxels: what moves need not be as fine as what rests", PEL_OPTION_INT,
+      AT(every), 1, 8, "1", NULL, NULL },
+    { "budget", "Budget", "Leave slices out to draw in so much time, as what earlier pictures took tells; 0: leave out none",
+      PEL_OPTION_DOUBLE, AT(budget_ms), 0, 10000, "0", NULL, "milliseconds" },
     { "slices-per-polygon", "Slices a polygon", "Slices that the GPU engine maps on one polygon: the same picture, drawn sooner",
       PEL_OPTION_CHOICE, AT(slices_per_polygon), 0, 0, "4", each, NULL },
     { "texture-coordinates", "Texture coordinates",
@@ -56,7 +60,43 @@ static const struct pel_option options[] = {
 struct slicer {
     struct pel_shear_warp *cpu;
     struct pel_gpu_slices2d *gpu;
+    struct pel_slices2d_scheduler scheduler;
+    struct pel_slices2d_options options; /* of this frame: as they are set, or as the scheduler would have them */
+    int voxels; /* along the view: slices of voxels */
 };
+
+/* Slices of voxels along the index axis nearest to the view's direction. */
+static int voxels_along_view(const struct pel_scene *scene)
+{
+    const struct pel_volume *volume = scene->volume;
+    double eye[3], focus[3];
+    int nearest = 0;
+    pel_volume_world_to_index(volume, scene->camera.position, eye);
+    pel_volume_world_to_index(volume, scene->camera.focal_point, focus);
+    for (int a = 1; a < 3; a++)
+        if (fabs(focus[a] - eye[a]) > fabs(focus[nearest] - eye[nearest]))
+            nearest = a;
+    return (int)volume->dims[nearest];
+}
+
+/* The frame with options that fit its budget (section 10). */
+static struct pel_frame scheduled(struct slicer *slicer, const struct pel_frame *frame)
+{
+    struct pel_slices2d_options *o = &slicer->options;
+    struct pel_frame own = *frame;
+    own.options = o;
+    *o = *(const struct pel_slices2d_options *)frame->options;
+    if (o->budget_ms > 0) {
+        const struct pel_slices2d_quality best = { o->supersampling, o->every, 1 << o->slices_per_polygon };
+        slicer->scheduler.no_polygons = !frame->device;
+        slicer->voxels = voxels_along_view(frame->scene);
+        struct pel_slices2d_quality q = pel_slices2d_schedule(&slicer->scheduler, true, o->budget_ms, slicer->voxels, &best);
+        o->supersampling = q.supersampling;
+        o->every = q.every;
+        o->slices_per_polygon = __builtin_ctz((unsigned)q.slices_per_polygon);
+    }
+    return own;
+}
 
 /* What slices cannot draw is refused, so that nobody takes another picture for the one asked for. */
 static bool check_cpu(const struct pel_scene *scene, const struct pel_slices2d_options *o, struct pel_error *error)
@@ -67,9 +107,9 @@ static bool check_cpu(const struct pel_scene *scene, const struct pel_slices2d_o
     if (scene->render.classification != PEL_CLASSIFICATION_POST)
         return pel_fail(error, PEL_ERROR_ARGUMENT,
                         "slices2d classifies after interpolation (post) alone on the CPU; use the technique raycast");
-    if (o->every > 1 || o->lighting != PEL_LIGHTING_SCENE || o->coordinates != PEL_COORDINATES_CORRECTED)
+    if (o->lighting != PEL_LIGHTING_SCENE || o->coordinates != PEL_COORDINATES_CORRECTED)
         return pel_fail(error, PEL_ERROR_ARGUMENT,
-                        "slices2d: slice-step, lighting and texture-coordinates are the GPU engine's; use --device gpu");
+                        "slices2d: lighting and texture-coordinates are the GPU engine's; use --device gpu");
     return true;
 }
 
@@ -92,7 +132,7 @@ static bool prepare_cpu(struct pel_shear_warp *sw, const struct pel_frame *frame
     } else if (changes & PEL_CHANGE_STEP && !pel_shear_warp_set_step(sw, frame->scene, error)) {
         return false;
     }
-    const struct pel_shear_settings settings = { o->supersampling, o->intermediate, o->rays, o->blend };
+    const struct pel_shear_settings settings = { o->supersampling, o->every, o->intermediate, o->rays, o->blend };
     if (!pel_shear_warp_aim(sw, frame->scene, &settings, o->correction == PEL_CORRECTION_LINEAR, frame->image->width, frame->image->height,
                             error))
         return false;
@@ -105,16 +145,17 @@ static bool prepare(void **state, const struct pel_frame *frame, struct pel_erro
     struct slicer *slicer = *state;
     if (!slicer && !(slicer = *state = pel_alloc(1, sizeof *slicer, "slices", error)))
         return false;
+    const struct pel_frame own = scheduled(slicer, frame);
     if (frame->device) {
         if (!slicer->gpu)
             slicer->gpu = pel_gpu_slices2d_create(frame->device, error);
-        return slicer->gpu && pel_gpu_slices2d_prepare(slicer->gpu, frame, error);
+        return slicer->gpu && pel_gpu_slices2d_prepare(slicer->gpu, &own, error);
     }
-    if (!check_cpu(frame->scene, frame->options, error))
+    if (!check_cpu(frame->scene, own.options, error))
         return false;
     if (!slicer->cpu)
         slicer->cpu = pel_shear_warp_create(frame->threads, getenv("PELLUCID_ISA"), error);
-    return slicer->cpu && prepare_cpu(slicer->cpu, frame, error);
+    return slicer->cpu && prepare_cpu(slicer->cpu, &own, error);
 }
 
 static bool draw_cpu(struct pel_shear_warp *sw, const struct pel_frame *frame, struct pel_error *error)
@@ -140,7 +181,16 @@ static bool draw_cpu(struct pel_shear_warp *sw, const struct pel_frame *frame, s
 static bool draw(void *state, const struct pel_frame *frame, struct pel_error *error)
 {
     struct slicer *slicer = state;
-    return frame->device ? pel_gpu_slices2d_draw(slicer->gpu, frame, error) : draw_cpu(slicer->cpu, frame, error);
+    const struct pel_slices2d_options *o = &slicer->options;
+    struct pel_frame own = *frame;
+    double start = pel_now_ms();
+    own.options = o;
+    if (!(frame->device ? pel_gpu_slices2d_draw(slicer->gpu, &own, error) : draw_cpu(slicer->cpu, &own, error)))
+        return false;
+    const struct pel_slices2d_quality drawn = { o->supersampling, o->every, 1 << o->slices_per_polygon };
+    if (o->budget_ms > 0)
+        pel_slices2d_measured(&slicer->scheduler, &drawn, slicer->voxels, pel_now_ms() - start);
+    return true;
 }
 
 static void finish(void *state)
