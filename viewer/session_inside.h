@@ -31,6 +31,10 @@ struct session_slices {
     bool on, windowed;
     double at[3], window[2];
     int size[2];
+    struct {
+        bool on; /* else the whole slice */
+        double center[3], scale;
+    } views[3];
 };
 
 enum { SESSION_CHANGED = 1, SESSION_ENDS = 2 }; /* of session.abort */

@@ -21,6 +21,28 @@ bool session_slices_due(const struct session *s)
     return s->slices.on && (s->slices_shown != s->slices_revision || (s->slices_moving && !session_held(s)));
 }
 
+/* A part of each slice that is seen, or null for the whole. */
+static bool read_views(struct call *call, struct session_slices *slices)
+{
+    const json_t *list = json_object_get(call->json, "views");
+    if (!call_has(call, "views"))
+        return true;
+    if (!json_is_array(list) || json_array_size(list) != 3)
+        return session_fail(call->error, PEL_ERROR_ARGUMENT, "views: it must be a list of three, each null or with center and scale");
+    for (size_t i = 0; i < 3; i++) {
+        struct call part = *call;
+        part.json = json_array_get(list, i);
+        if (json_is_null(part.json))
+            continue;
+        if (!json_is_object(part.json) || json_object_size(part.json) != 2)
+            return session_fail(call->error, PEL_ERROR_ARGUMENT, "views: entry %zu must be null or have center and scale", i + 1);
+        if (!call_numbers(&part, "center", 3, slices->views[i].center) || !call_number(&part, "scale", 1e-100, 1e100, &slices->views[i].scale))
+            return false;
+        slices->views[i].on = true;
+    }
+    return true;
+}
+
 bool run_slices(struct call *call)
 {
     struct session *s = call->session;
@@ -36,6 +58,8 @@ bool run_slices(struct call *call)
         if (slices.windowed && !(slices.window[0] < slices.window[1]))
             return session_fail(call->error, PEL_ERROR_ARGUMENT, "window: it goes from %g to %g; give the lower end first", slices.window[0],
                                 slices.window[1]);
+        if (!read_views(call, &slices))
+            return false;
     }
     s->slices = slices;
     s->slices_revision++;
@@ -75,21 +99,23 @@ static void orient(const struct pel_volume *volume, int p, int q, double right[3
     }
 }
 
-/* The plane through `at` across an axis, and a camera that sees all of it. */
-static void look_at(struct pel_scene *scene, int axis, const double at[3], const int size[2])
+/* The plane through `at` across an axis, and a camera that sees all of it, or the part that was asked for. */
+static void look_at(struct pel_scene *scene, int axis, const struct session_slices *asked)
 {
     const struct pel_volume *volume = scene->volume;
     struct pel_camera *camera = &scene->camera;
     int p = axis == 0, q = axis == 2 ? 1 : 2;
-    double right[3], up[3], forward[3], index[3], middle[3], half[2] = { 0, 0 }, far = 1;
+    double right[3], up[3], forward[3], index[3], middle[3], center[3], half[2] = { 0, 0 }, far = 1;
+    bool part = asked->views[axis].on;
     orient(volume, p, q, right, up);
     cross(up, right, forward);
     double length = sqrt(dot(forward, forward)), last[3];
-    pel_volume_world_to_index(volume, at, index);
+    pel_volume_world_to_index(volume, asked->at, index);
+    pel_volume_world_to_index(volume, asked->views[axis].center, center);
     for (int a = 0; a < 3; a++) {
         forward[a] /= length;
         last[a] = (double)(volume->dims[a] - 1);
-        middle[a] = a == axis ? fmin(fmax(index[a], 0), last[a]) : last[a] / 2;
+        middle[a] = a == axis ? fmin(fmax(index[a], 0), last[a]) : part ? fmin(fmax(center[a], 0), last[a]) : last[a] / 2;
         far += (last[a] + 1) * volume->spacing[a];
     }
     pel_volume_index_to_world(volume, middle, camera->focal_point);
@@ -102,7 +128,9 @@ static void look_at(struct pel_scene *scene, int axis, const double at[3], const
         for (int a = 0; a < 3; a++)
             half[k] += a == axis ? 0 : 0.5 * fmax(last[a], 1) * volume->spacing[a] * fabs(dot(volume->direction[a], basis[k]));
     camera->parallel = true;
-    camera->parallel_scale = 1.02 * fmax(half[1], half[0] * size[1] / size[0]);
+    camera->parallel_scale = 1.02 * fmax(half[1], half[0] * asked->size[1] / asked->size[0]);
+    if (part) /* not so near that places are no more told apart */
+        camera->parallel_scale = fmin(fmax(asked->views[axis].scale, 1e-4 * camera->parallel_scale), 4 * camera->parallel_scale);
     memcpy(scene->slice.origin, camera->focal_point, sizeof scene->slice.origin);
     memcpy(scene->slice.normal, forward, sizeof scene->slice.normal);
 }
@@ -154,7 +182,7 @@ void session_slices_draw(struct session *s, struct slices_drawer **drawer, struc
     for (int axis = 0; fine && axis < 3; axis++) {
         struct frame_facts f = *facts;
         double start = session_now();
-        look_at(&d->scene, axis, asked->at, asked->size);
+        look_at(&d->scene, axis, asked);
         fine = pel_renderer_draw(d->renderer, &d->scene, NULL, &d->image, &error);
         if (!fine)
             break;

@@ -225,6 +225,7 @@ static const char *const good[] = {
     "{\"do\":\"probe\",\"at\":[0.5,0.5]}",
     "{\"do\":\"slices\",\"at\":[0,0,0],\"size\":[32,32],\"window\":[0.2,0.8]}",
     "{\"do\":\"slices\",\"at\":[0.1,0,0]}",
+    "{\"do\":\"slices\",\"at\":[0.1,0,0],\"views\":[null,{\"center\":[0,0,0],\"scale\":0.1},{\"center\":[9e99,0,0],\"scale\":1e-99}]}",
     "{\"do\":\"slices\",\"at\":null}",
     "{\"do\":\"device\",\"device\":\"cpu\"}",
     "{\"do\":\"list\"}",
@@ -246,6 +247,37 @@ static void test_good_commands(void **state)
     assert_non_null(strstr(face.views, "slice-i"));
     assert_non_null(strstr(face.views, "slice-k"));
     assert_true(json_is_true(json_object_get(last(&face, "probe"), "inside")));
+    end(&face);
+}
+
+/* What the volume holds at a place between two voxels; `by` from the first to the second. */
+static json_t *probe_world(struct face *face, double by)
+{
+    json_t *matrix = json_object_get(last(face, "volume"), "index_to_world");
+    double index[] = { 3 + by, 4, 5, 1 }, world[3] = { 0, 0, 0 };
+    char text[200];
+    for (size_t i = 0; i < 12; i++)
+        world[i / 4] += json_number_value(json_array_get(matrix, i)) * index[i % 4];
+    snprintf(text, sizeof text, "{\"do\":\"probe\",\"world\":[%.17g,%.17g,%.17g]}", world[0], world[1], world[2]);
+    assert_true(say(face, 1, text));
+    return last(face, "probe");
+}
+
+static void test_probe_world(void **state)
+{
+    (void)state;
+    struct face face;
+    start(&face);
+    double value[3];
+    for (int i = 0; i < 3; i++) {
+        const json_t *event = probe_world(&face, 0.5 * i);
+        assert_true(json_is_true(json_object_get(event, "hit")));
+        assert_true(fabs(json_number_value(json_array_get(json_object_get(event, "index"), 0)) - 3 - 0.5 * i) < 1e-9);
+        value[i] = json_number_value(json_object_get(event, "value"));
+    }
+    assert_true(value[0] != value[2] && fabs(value[1] - (value[0] + value[2]) / 2) < 1e-9);
+    assert_true(json_is_false(json_object_get(probe_world(&face, 1e6), "hit")));
+    assert_null(json_object_get(last(&face, "probe"), "value"));
     end(&face);
 }
 
@@ -314,6 +346,11 @@ static const char *const bad[] = {
     "{\"do\":\"slices\",\"at\":[0,0],\"size\":[32,32]}",
     "{\"do\":\"slices\",\"at\":[0,0,0],\"size\":[32000,32000]}",
     "{\"do\":\"slices\",\"at\":[0,0,0],\"window\":[1,0]}",
+    "{\"do\":\"slices\",\"at\":[0,0,0],\"views\":[null,null]}",
+    "{\"do\":\"slices\",\"at\":[0,0,0],\"views\":[null,null,{\"center\":[0,0,0]}]}",
+    "{\"do\":\"slices\",\"at\":[0,0,0],\"views\":[null,null,{\"center\":[0,0,0],\"scale\":0}]}",
+    "{\"do\":\"probe\",\"world\":[0,0]}",
+    "{\"do\":\"probe\",\"world\":[0,0,0],\"at\":[0.5,0.5]}",
     "{\"do\":\"picture\",\"size\":[100000,100000]}",
     "{\"do\":\"picture\",\"size\":[64,64],\"background\":1}",
     "{\"do\":\"movie\",\"size\":[64,64],\"frames\":1}",
@@ -744,7 +781,7 @@ static void test_ends_at_any_time(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_hello),     cmocka_unit_test(test_good_commands),   cmocka_unit_test(test_bad_commands),
+        cmocka_unit_test(test_hello),     cmocka_unit_test(test_good_commands), cmocka_unit_test(test_probe_world),   cmocka_unit_test(test_bad_commands),
         cmocka_unit_test(test_undo),      cmocka_unit_test(test_merging),         cmocka_unit_test(test_reset_and_views),
         cmocka_unit_test(test_zoom_and_focus_at), cmocka_unit_test(test_downloads), cmocka_unit_test(test_cancel),
         cmocka_unit_test(test_open),      cmocka_unit_test(test_replay),          cmocka_unit_test(test_ends_at_any_time),

@@ -12,6 +12,7 @@ const WIDE = { width: 1280, height: 800 },
 const PICTURES = [
     {
         name: 'aneurism',
+        nearer: 400,
         file: 'aneurism.nrrd',
         viewport: WIDE,
         colorScheme: 'dark',
@@ -21,6 +22,7 @@ const PICTURES = [
     },
     {
         name: 'bonsai',
+        nearer: 300,
         file: 'bonsai.nii.gz',
         viewport: WIDE,
         colorScheme: 'light',
@@ -32,6 +34,7 @@ const PICTURES = [
     },
     {
         name: 'head-clip',
+        nearer: 450,
         file: 'vishuman_head.nrrd',
         viewport: WIDE,
         colorScheme: 'dark',
@@ -47,6 +50,25 @@ const PICTURES = [
         },
     },
     {
+        name: 'engine-lights',
+        nearer: 350,
+        file: 'engine.nhdr',
+        viewport: WIDE,
+        colorScheme: 'light',
+        async act(face) {
+            await face.page.click('#open-render');
+            await face.page.click('.swatch[title$="Light"]');
+            await face.page.click('#open-lights');
+            await face.page.selectOption('#panel-lights .light select', 'world');
+            await face.until(() => !face.scene.lights[0].headlight, 'a light in the world');
+            await face.page.click('#panel-lights button:has-text("Light")');
+            await face.until(() => face.scene.lights.length === 2, 'two lights');
+            const [x, y] = await face.middle('.light >> nth=1 >> .light-ball');
+            await face.drag([x, y], [x + 36, y + 4], { steps: 5, pause: 16 });
+            await face.page.fill('.light >> nth=1 >> input[type=color]', '#ffb35c');
+        },
+    },
+    {
         name: 'brain-slices',
         file: 'inia19-t1-brain.nii.gz',
         viewport: WIDE,
@@ -59,6 +81,7 @@ const PICTURES = [
     },
     {
         name: 'phone-dark',
+        nearer: 500,
         file: 'vishuman_head.nrrd',
         viewport: PHONE,
         colorScheme: 'dark',
@@ -69,6 +92,7 @@ const PICTURES = [
     },
     {
         name: 'phone-light',
+        nearer: 250,
         file: 'aneurism.nrrd',
         viewport: PHONE,
         colorScheme: 'light',
@@ -84,12 +108,19 @@ const PICTURES = [
 ];
 
 const browser = await launch();
-for (const { name, file, viewport, colorScheme, mobile, act } of PICTURES) {
+for (const { name, file, viewport, colorScheme, mobile, nearer, act } of PICTURES) {
     const server = await view(path.join(data, file));
     const face = await Face.open(browser, server.address, { viewport, colorScheme, hasTouch: Boolean(mobile), isMobile: Boolean(mobile) });
     await face.rest();
     await act(face);
+    await sleep(500); /* a sheet from below has made its place */
+    if (nearer) {
+        await face.page.mouse.move(...(await face.middle('#main')));
+        await face.page.mouse.wheel(0, -nearer);
+        await face.page.mouse.move(1, 1);
+    }
     await face.rest();
+    await sleep(500); /* decoded, drawn and told in the line at the bottom */
     await face.page.screenshot({ path: path.join(target, `viewer-${name}.png`) });
     console.log(`viewer-${name}.png`, face.complaints.join(' '));
     await face.close();

@@ -14,6 +14,8 @@ export const data = process.env.PELLUCID_TEST_DATA || path.join(root, '..', 'sha
 export const sleep = (ms) => new Promise((done) => setTimeout(done, ms));
 
 const BROWSERS = ['/usr/bin/chromium', '/usr/bin/chromium-browser', '/usr/bin/google-chrome'];
+/* Commands after which no other picture comes. */
+const ASKS = ['shown', 'probe', 'slices', 'list', 'picture', 'movie', 'scene', 'export', 'cancel'];
 const tests = [];
 
 export function test(name, run) {
@@ -85,7 +87,7 @@ export class Face {
 
     static async open(browser, address, options = {}) {
         const face = new Face();
-        const context = await browser.newContext({ viewport: { width: 1100, height: 720 }, ...options });
+        const context = await browser.newContext({ viewport: { width: 1000, height: 600 }, ...options });
         face.page = await context.newPage();
         face.page.on('console', (message) => ['error', 'warning'].includes(message.type()) && face.complaints.push(message.text()));
         face.page.on('pageerror', (error) => face.complaints.push(error.stack));
@@ -138,21 +140,16 @@ export class Face {
         }
     }
 
-    /** The lossless picture at rest that shows all that was sent so far: its bytes do not change any more. */
+    /** The last picture of what was sent so far: the server says of it that none comes after it. */
     async rest() {
         await sleep(400); /* what the page merges and puts off is on its way then */
-        const id = Math.max(0, ...this.sent.map((command) => command.id ?? 0));
+        const id = Math.max(0, ...this.sent.filter((command) => !ASKS.includes(command.do)).map((command) => command.id ?? 0));
         const final = () => {
             const last = this.main().at(-1);
-            return last && last.header.lossless && last.header.id >= id ? last : null;
+            return last?.header.final && last.header.id >= id ? last : null;
         };
-        await this.until(final, 'a lossless picture at rest', 60000);
-        /* Refinement may send several lossless pictures: the last is the one after which none comes. */
-        for (let before = null; before !== final();) {
-            before = final();
-            await sleep(700);
-            await this.until(final, 'a lossless picture at rest', 60000);
-        }
+        await this.until(final, 'the picture at rest', 120000);
+        assert(final().header.lossless, 'the picture at rest is not lossless');
         return final();
     }
 

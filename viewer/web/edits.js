@@ -58,13 +58,13 @@ export class Edits {
 
     /** What the session says: taken now, or once the hand rests. */
     state(event) {
-        const news = { scene: event.scene, undo: event.undo, redo: event.redo, size: event.size, held: event.held };
+        const { scene, undo, redo, size, held } = event,
+            rest = { undo, redo, size, held };
         if (this.#timer || this.#gesture) {
-            this.#state = news;
-            const { scene, ...rest } = news;
+            this.#state = { scene, ...rest };
             set(rest);
         } else {
-            set(news);
+            set({ scene, ...rest });
         }
     }
 

@@ -4,6 +4,7 @@
 import { button, bytes, h, icon, short } from './dom.js';
 import { select } from './controls.js';
 import { get, watch } from './store.js';
+import { importColors, isPreset } from './exchange.js';
 
 /** Why an upload was refused, where the server did not say. */
 function refusal(status) {
@@ -19,12 +20,32 @@ function upload(app, file) {
         event.lengthComputable && app.progress.show(`Sending ${file.name}`, event.loaded / event.total, () => request.abort());
     request.onloadend = () => {
         app.progress.hide();
-        if (request.status === 200 && request.response?.path) app.guard(app.connection.send({ do: 'open', path: request.response.path }));
+        if (request.status === 200 && request.response?.path) app.connection.send({ do: 'open', path: request.response.path });
         else if (request.status)
             app.messages.error(`${file.name}: ${request.response?.error ?? refusal(request.status)}`);
         else app.messages.tell(`${file.name} was not sent.`);
     };
     request.send(file);
+}
+
+/** The file that a header (MetaImage, NRRD) names for its samples, or undefined where they follow in it. */
+function dataFile(text) {
+    const name = /^(?:ElementDataFile\s*=|data ?file:)\s*(.+?)\s*$/im.exec(text)?.[1];
+    return name === 'LOCAL' ? undefined : name;
+}
+
+/** A volume or scene is sent and opened, a ParaView preset becomes the transfer function. */
+async function take(app, file) {
+    const small = /\.(json|xml)$/i.test(file.name) && file.size < 2 ** 20;
+    const text = small ? await file.text() : '';
+    const apart = /\.(mhd|nhdr)$/i.test(file.name) && dataFile(await file.slice(0, 65536).text());
+    if (apart)
+        app.messages.error(
+            `${file.name} keeps its samples in another file, ${apart}, which a page cannot fetch. ` +
+                'Open it from the server’s folders: “pellucid view” takes a folder, too.',
+        );
+    else if (small && isPreset(text)) importColors(app, text, file.name);
+    else upload(app, file);
 }
 
 /** Files dropped anywhere on the page. */
@@ -43,7 +64,7 @@ export function acceptDrops(app, sign) {
             app.messages.tell(
                 'One file at a time: the first is opened. Of a pair (header and data) open the header from the server’s folders.',
             );
-        upload(app, event.dataTransfer.files[0]);
+        take(app, event.dataTransfer.files[0]);
     });
 }
 
@@ -63,7 +84,7 @@ export function filesPanel(app) {
         where = h('div', { class: 'path' });
     const picker = h('input', { type: 'file', class: 'hidden', 'aria-label': 'File to open', tabindex: '-1' });
     picker.addEventListener('change', () => {
-        if (picker.files[0]) upload(app, picker.files[0]);
+        if (picker.files[0]) take(app, picker.files[0]);
         picker.value = '';
     });
     const browse = async (path) => {

@@ -14,6 +14,15 @@ const MOUSE = [
     ['Double click', 'the focal point goes there'],
     ['One finger, two fingers', 'turns; pans, zooms and rolls'],
 ];
+const SLICE = [
+    ['Left drag, arrows', 'move the cross-hair'],
+    ['Wheel, Page Up, Page Down', 'step through; Shift ten at once'],
+    ['Right drag', 'window and level'],
+    ['Middle or Shift drag, Ctrl arrows', 'pan'],
+    ['Ctrl wheel, +  −', 'zoom'],
+    ['0', 'the whole slices'],
+    ['Double click, Enter', 'one large, or all again'],
+];
 const EDITOR = [
     ['Drag a point', 'Shift keeps the value, Alt the opacity, Ctrl is fine'],
     ['Drag under the curve', 'moves the band'],
@@ -121,6 +130,7 @@ export class Keys {
                 table('Picture', MOUSE),
                 table('Keys', this.table),
                 table('Panels', this.panels),
+                table('Slices', SLICE),
                 table('Transfer function', EDITOR),
             ),
         );

@@ -16,6 +16,7 @@ import { connection, picture, wanted } from './begin.js';
 import { cameraPanel } from './camera-panel.js';
 import { clipPanel } from './clip.js';
 import { get, prefer, set, watch } from './store.js';
+import { lightsPanel } from './lights.js';
 import { renderPanel } from './render-panel.js';
 import { stretch } from './transfer-model.js';
 import { statusLine } from './status.js';
@@ -23,9 +24,12 @@ import { surfacesPanel } from './surfaces-panel.js';
 import { transferPanel } from './transfer-panel.js';
 
 const RESIZE_MS = 120;
+/* The server's own folder of an uploaded file, in a message: the user knows the file by its name. */
+const UPLOADED = /\S*\/pellucid-view-\w+\/\d+\//g;
 const $ = (id) => document.getElementById(id);
 
 const edits = new Edits(connection);
+const subjects = new Map();
 const meter = new Meter();
 
 /** What the parts share. */
@@ -57,8 +61,21 @@ const app = {
         app.messages.tell(`Saved ${file.name}.`);
     },
 
+    /** A command with the text of a file: what is wrong with it is told under the file's name. */
+    sendAbout(command, name) {
+        subjects.set(connection.send(command), name);
+    },
+
     look(axis, sign) {
         connection.send({ do: 'view', axis: (sign > 0 ? '+' : '-') + axis, gesture: connection.newGesture() });
+    },
+
+    showPanel(name) {
+        set({ panel: name });
+    },
+
+    measureClick(place) {
+        measureClick(app, place);
     },
 
     undo() {
@@ -87,8 +104,8 @@ app.messages = new Messages($('messages'), $('banner'), () => connection.connect
 app.progress = new Progress($('progress'));
 app.probe = new Probe(app);
 app.trackball = new Trackball(picture, connection, {
-    click: (at) => get('tool') === 'measure' && measureClick(app, at),
-    hover: (at) => app.probe.hover(at),
+    click: (at) => get('tool') === 'measure' && app.measureClick({ at }),
+    hover: (at) => app.probe.hover(at && { at }),
 });
 app.overlay = new Overlay(app, picture);
 app.slices = new Slices(app, $('stage'));
@@ -105,6 +122,7 @@ for (const panel of [
     },
     { name: 'surfaces', title: 'Isosurfaces', short: 'Surfaces', icon: 'surface', key: 'I', content: surfacesPanel(app) },
     { name: 'render', title: 'Rendering', short: 'Render', icon: 'render', key: 'E', content: renderPanel(app) },
+    { name: 'lights', title: 'Lights', icon: 'light', key: 'G', content: lightsPanel(app) },
     { name: 'clip', title: 'Clipping', short: 'Clip', icon: 'clip', key: 'C', content: clipPanel(app) },
     { name: 'slices', title: 'Slices', icon: 'slices', key: 'L', content: slicesPanel(app) },
     { name: 'measure', title: 'Probe and measure', short: 'Measure', icon: 'measure', key: 'P', content: measurePanel(app) },
@@ -120,10 +138,15 @@ statusLine($('status'));
 /* ---- what the server says ---- */
 
 const told = {
-    hello: (event) => set({ hello: event }),
+    hello: (event) => set({ hello: event, devices: event }),
+    devices: (event) => set({ devices: event }),
     volume: (event) => set({ volume: event, cursor: null }),
     state: (event) => edits.state(event),
-    error: (event) => app.messages.error(event.message),
+    error: ({ id, message }) => {
+        const name = subjects.get(id);
+        const text = message.replace(UPLOADED, '');
+        app.messages.error(name ? `${name}: ${text}` : text);
+    },
     progress: ({ what, done }) => {
         if (done >= 1) app.progress.hide();
         else
@@ -160,7 +183,7 @@ connection.addEventListener('frame', async ({ detail: { header, picture: data } 
 let resizing = 0;
 function resize() {
     clearTimeout(resizing);
-    resizing = setTimeout(() => connection.open && connection.send({ do: 'size', size: wanted() }), RESIZE_MS);
+    resizing = setTimeout(() => connection.open && picture.clientWidth > 0 && connection.send({ do: 'size', size: wanted() }), RESIZE_MS);
 }
 picture.addEventListener('resized', resize);
 let resolution = get('preferences').resolution;

@@ -27,31 +27,32 @@ export class Probe {
         this.opacity = 0.1;
     }
 
-    hover(at) {
-        if (!at || at.some((x) => x < 0 || x > 1)) {
+    /** @param {{at: number[]}|{world: number[]}|null} place  of the main picture, or in the world */
+    hover(place) {
+        if (!place || place.at?.some((x) => x < 0 || x > 1)) {
             this.#next = undefined;
             set({ cursor: null });
             return;
         }
-        this.#next = at;
+        this.#next = place;
         if (!this.#busy) this.#ask();
     }
 
     async #ask() {
         this.#busy = true;
         while (this.#next && this.app.connection.open) {
-            const at = this.#next;
+            const place = this.#next;
             this.#next = undefined;
-            const found = await this.at(at).catch(() => null);
+            const found = await this.find(place).catch(() => null);
             set({ cursor: found?.hit ? found : null });
             await new Promise((done) => setTimeout(done, PAUSE_MS));
         }
         this.#busy = false;
     }
 
-    /** What is seen at a place of the picture. */
-    at(at) {
-        return this.app.connection.ask({ do: 'probe', at, opacity: this.opacity }, 'probe');
+    /** What is seen at a place of the picture, or is at a place of the world. */
+    find(place) {
+        return this.app.connection.ask({ do: 'probe', ...place, ...(place.at ? { opacity: this.opacity } : {}) }, 'probe');
     }
 }
 
@@ -78,12 +79,13 @@ class Layer {
     }
 }
 
-const distance = (from, to) => `${short(length(sub(to.world, from.world)))} ${worldUnit()}`.trim();
+export const distance = (from, to) => `${short(length(sub(to.world, from.world)))} ${worldUnit()}`.trim();
 
 /** A click with the tool: the first place, then the second. */
-export async function measureClick(app, at) {
-    const found = await app.guard(app.probe.at(at));
-    if (!found?.hit) {
+export async function measureClick(app, place) {
+    const found = place.world ? { hit: true, ...place } : await app.guard(app.probe.find(place));
+    if (!found) return;
+    if (!found.hit) {
         app.messages.tell('Nothing is seen there. Click on the object.');
         return;
     }

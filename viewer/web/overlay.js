@@ -10,6 +10,19 @@ import { evaluate } from './transfer-model.js';
 const AXIS_COLORS = ['#ff6b6b', '#6bd968', '#6fa8ff'];
 const AXIS_RADIUS = 38;
 
+/** A bar of a round length. Parallel: exact everywhere. Perspective: as long as it says in the focal plane, which is told. */
+export function updateScaleBar(host, view, picture) {
+    const perPixel = (2 * view.halfHeight) / picture.area.height;
+    const world = roundStep(Math.min(160, picture.clientWidth / 4) * perPixel);
+    const unit = get('volume').units || (get('volume').space === 'unknown' ? 'units' : 'mm');
+    const exact = view.parallel || picture.clientWidth < 320; /* no room to say it */
+    const text = `${short(world)} ${unit}${exact ? '' : ' in the focal plane'}`;
+    if (!host.children.length) host.append(h('div', { class: 'bar' }), h('div', {}));
+    const [bar, label] = host.children;
+    bar.style.width = `${(world / perPixel).toFixed(1)}px`;
+    if (label.textContent !== text) label.textContent = text;
+}
+
 export class Overlay {
     #layers = [];
     #view = null;
@@ -60,7 +73,7 @@ export class Overlay {
         this.legend.hidden = !shown || get('scene')?.render?.mode === 'xray';
         if (shown) {
             this.#axes();
-            this.#scale();
+            updateScaleBar(this.scaleBar, this.#view, this.picture);
         }
     }
 
@@ -111,18 +124,6 @@ export class Overlay {
                 return end;
             }),
         );
-    }
-
-    /** Parallel: exact everywhere. Perspective: as long as it says in the focal plane, which is told. */
-    #scale() {
-        const perPixel = (2 * this.#view.halfHeight) / this.picture.area.height;
-        const world = roundStep(Math.min(160, this.picture.clientWidth / 4) * perPixel);
-        const unit = get('volume').units || (get('volume').space === 'unknown' ? 'units' : 'mm');
-        const text = `${short(world)} ${unit}${this.#view.parallel ? '' : ' in the focal plane'}`;
-        const [bar, label] = this.scaleBar.children.length ? this.scaleBar.children : [h('div', { class: 'bar' }), h('div', {})];
-        bar.style.width = `${(world / perPixel).toFixed(1)}px`;
-        if (label.textContent !== text) label.textContent = text;
-        if (!bar.isConnected) this.scaleBar.append(bar, label);
     }
 
     /** The colours of the values that have a colour; in isosurface mode, the surfaces. */

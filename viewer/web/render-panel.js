@@ -14,6 +14,8 @@ const MODES = {
     isosurface: 'Isosurface',
     slice: 'Slice',
 };
+/** Rows of the option table that say what surfaces make of light: they stand with the lights. */
+export const SURFACE_ROWS = ['shade', 'ambient', 'diffuse', 'specular', 'specular-power'];
 const GROUNDS = [
     ['Black', '#000000'],
     ['Dark', '#1b2027'],
@@ -89,12 +91,12 @@ function techniqueSection(app) {
     return box;
 }
 
-/** The groups of the scene's options, but those that have a place elsewhere. */
-export function sceneOptions(app, group, leaveOut = []) {
+/** A group of the scene's options: those whose names `which` takes. */
+export function sceneOptions(app, group, which = () => true) {
     const box = h('div', {});
     let list = null;
     watch(['hello'], () => {
-        const rows = (get('hello')?.options?.[group] ?? []).filter(({ name }) => !leaveOut.includes(name));
+        const rows = (get('hello')?.options?.[group] ?? []).filter(({ name }) => which(name));
         list = optionList(
             rows,
             (scene) => scene?.[group],
@@ -141,8 +143,11 @@ function linearLight(app) {
     return field('Linear light', control, { help: 'Composite in linear light instead of display values' });
 }
 
+const deviceName = ({ name, kind, threads }) => `${name ?? kind}${threads ? `, ${threads} threads` : ''}`;
+
+/** What draws, and how fine; where the server has one device alone there is nothing to choose. */
 function device(app) {
-    const text = h('span', { class: 'value' });
+    const place = h('div', {});
     const resolution = select(
         [
             ['1', 'every pixel of the screen'],
@@ -152,15 +157,26 @@ function device(app) {
         (part) => prefer({ resolution: part }),
         'Resolution',
     );
-    watch(['hello', 'preferences'], () => {
-        const d = get('hello')?.device;
-        text.textContent = d ? `${d.name ?? d.kind}${d.threads ? `, ${d.threads} threads` : ''}` : '';
-        resolution.update(get('preferences').resolution);
+    watch(['preferences'], () => resolution.update(get('preferences').resolution));
+    watch(['devices'], () => {
+        const { devices = [], device: now } = get('devices');
+        if (!now) return;
+        const choice = select(
+            devices.map((d) => [d.id, deviceName(d)]),
+            (id) => {
+                app.connection.send({ do: 'device', device: id });
+                choice.update(now.id); /* until the server says that it draws */
+            },
+            'Device',
+        );
+        choice.update(now.id);
+        place.replaceChildren(
+            devices.length > 1
+                ? field('Device', choice, { help: 'What draws' })
+                : h('div', { class: 'field' }, h('span', { class: 'label' }, 'Device'), h('span', { class: 'value' }, deviceName(now))),
+        );
     });
-    return [
-        field('Resolution', resolution, { help: 'Of the picture at rest; under the moving hand it follows the time budget' }),
-        h('div', { class: 'field' }, h('span', { class: 'label' }, 'Device'), text),
-    ];
+    return [field('Resolution', resolution, { help: 'Of the picture at rest; under the moving hand it follows the time budget' }), place];
 }
 
 export function renderPanel(app) {
@@ -170,7 +186,7 @@ export function renderPanel(app) {
         modeChooser(app),
         techniqueSection(app),
         h('h3', {}, 'Optics'),
-        sceneOptions(app, 'render', ['mode']),
+        sceneOptions(app, 'render', (name) => name !== 'mode' && !SURFACE_ROWS.includes(name)),
         h('h3', {}, 'Picture'),
         background(app),
         linearLight(app),

@@ -5,7 +5,10 @@ import { h, short } from './dom.js';
 import { get, watch } from './store.js';
 import { describe } from './measure.js';
 
-const QUALITY = { moving: 'moving', full: 'full quality', refined: 'refined' };
+/** In words what the picture is: in motion, refined further, or the last one, which stays. */
+function quality({ quality: kind, final }) {
+    return final ? 'at rest' : ({ moving: 'moving', full: 'full quality', refined: 'refining' }[kind] ?? kind);
+}
 
 /** 1234567 as 1.2 M. */
 function many(count) {
@@ -41,7 +44,7 @@ export function statusLine(host) {
         if (!frame) return;
         const { header, fps, latency } = frame,
             ms = header.ms ?? {};
-        put('quality', QUALITY[header.quality] ?? header.quality);
+        put('quality', quality(header));
         put('frame', `${short((ms.draw ?? 0) + (ms.encode ?? 0), 3)} ms`);
         put('fps', header.quality === 'moving' && fps ? `${Math.round(fps)} frames/s` : '');
         put('latency', header.quality === 'moving' && latency !== null ? `${Math.round(latency)} ms to the eye` : '');

@@ -2,6 +2,7 @@
 /* The one store: what the page knows. Whoever shows something subscribes to the keys that it shows; nobody else keeps a copy that lasts.
  *
  * hello, volume, scene, undo, redo, size, held   as the server's events told them (viewer/protocol.md)
+ * devices    {device, devices}: what draws, and what could
  * frame      header of the main picture's last frame shown, with `latencies` of the inputs that it is the
  *            first to show, and over the last ones `latency` and `fps`
  * link       "connecting" | "open" | "lost" | "refused"

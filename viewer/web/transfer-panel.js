@@ -5,6 +5,7 @@ import { NAMES } from './transfer-editor.js';
 import { button, field, h } from './dom.js';
 import { colorInput, numberInput, select, slider } from './controls.js';
 import { colormapGrid } from './colormaps.js';
+import { exchange } from './exchange.js';
 import { get, prefer, watch } from './store.js';
 import { bandOf, move, scaleOpacity, simplify } from './transfer-model.js';
 
@@ -120,31 +121,6 @@ function wholeCurve(app, editor) {
             button('Zoom to band', fit, { kind: 'small', title: 'Show the values of the band of the chosen point' }),
         ),
     ];
-}
-
-function exchange(app) {
-    const picker = h('input', {
-        type: 'file',
-        accept: '.json,.xml',
-        class: 'hidden',
-        'aria-label': 'ParaView colour map to import',
-        tabindex: '-1',
-    });
-    picker.addEventListener('change', async () => {
-        const [file] = picker.files;
-        if (file) app.guard(app.connection.send({ do: 'import', text: await file.text() }));
-        picker.value = '';
-    });
-    return h(
-        'div',
-        { class: 'row' },
-        button('Import…', () => picker.click(), { kind: 'small', title: 'A ParaView colour map: JSON or XML' }),
-        button('Export', () => app.download({ do: 'export' }), {
-            kind: 'small',
-            title: 'The transfer function as a ParaView preset (JSON)',
-        }),
-        picker,
-    );
 }
 
 export function transferPanel(app) {
