@@ -181,6 +181,12 @@ def floods(viewer, other):
     client.kill()
 
 
+def opened(client, path):
+    """The event that tells of it, or the error. (A volume is told of a second time, with its histogram.)"""
+    client.command("open", path=path)
+    return client.until(lambda m: m.get("event") == "error" or (m.get("event") == "volume" and m["path"] == path))
+
+
 def paths(viewer, client, folder):
     """Nothing outside of what the command line named is listed or opened, by whatever way."""
     secret = h.write(folder / "secret.raw", b"s" * 24)
@@ -201,8 +207,7 @@ def paths(viewer, client, folder):
             h.check(event["event"] == "error" and "opened" in event["message"], "what %s names elsewhere stays closed" % name, event)
     h.write(join(inside, "good.nhdr"), "NRRD0004\ntype: uint8\ndimension: 3\nsizes: 4 3 2\nencoding: raw\ndata file: good.raw\n")
     h.write(join(inside, "good.raw"), bytes(range(24)))
-    client.command("open", path=join(inside, "good.nhdr"))
-    event = client.until(lambda m: m.get("event") in ("volume", "error"))
+    event = opened(client, join(inside, "good.nhdr"))
     h.check(event.get("range") == [0, 23], "data beside their header are read", event)
     for path in ("/", "/etc", folder.path, join(inside, ".."), join(inside, "out"), inside + "/../inside/../", join(inside, "link.raw"), folder / "inside2",
                  secret, "~"):
@@ -311,8 +316,7 @@ def uploads(viewer, client, volume):
     h.check(status == 200, "an upload", (status, body))
     path = json.loads(body)["path"]
     h.check(os.path.basename(path) == "another one.nrrd", "keeps its name", path)
-    client.command("open", path=path)
-    h.check(client.until(lambda m: m.get("event") in ("volume", "error")).get("path") == path, "and is opened")
+    h.check(opened(client, path).get("path") == path, "and is opened")
     for name in ("", "..", ".hidden", "a%22b", "%0a"):
         h.check(viewer.request("POST", where + name, body=b"x")[0] in (400, 403), "no file is called %r" % name)
     status, _, body = viewer.request("POST", where + "..%2f..%2fx.nrrd", body=data)
