@@ -286,7 +286,7 @@ static bool refine(struct drawer *d, struct frame_facts *f, bool *finished, stru
     return true;
 }
 
-/* Where a GPU that nobody asked for by name refuses, the CPU draws. */
+/* Where a GPU refuses, also one that was asked for by name, the CPU draws from then on, and the event `devices` tells so. */
 static bool leave_device(struct drawer *d, const struct pel_error *error)
 {
     struct session *s = d->session;

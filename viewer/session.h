@@ -45,7 +45,7 @@ struct session_frame {
     } clients[SESSION_MOST_CLIENTS];
 };
 
-/* Callbacks come from any thread, with the session locked: they must not call it, nor wait. */
+/* Callbacks come from any thread, `event` and `wanted` with the session locked: none may call it, nor wait. */
 struct session_params {
     void *user;
     void (*frame)(void *user, const struct session_frame *frame);
