@@ -134,7 +134,8 @@ static bool take_copy(struct drawer *d, struct frame_facts *f, struct pel_error 
     }
     memcpy(&d->scene, &s->scene, sizeof d->scene); /* with its padding: the renderer compares bytes */
     d->scene.transfer = transfer;
-    *f = (struct frame_facts) { .view = "main", .of = { s->size[0], s->size[1] }, .revision = s->revision, .volume = s->volume->number, .scene = &d->scene };
+    *f = (struct frame_facts) { .view = "main", .of = { s->size[0], s->size[1] }, .revision = s->revision,
+                                .volume = s->volume->number, .scene = &d->scene };
     session_note_clients(s, f, false);
     return true;
 }

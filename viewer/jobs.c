@@ -130,8 +130,8 @@ bool run_movie(struct call *call)
     if (frames != floor(frames))
         return session_fail(call->error, PEL_ERROR_ARGUMENT, "frames: %g is no whole number", frames);
     if (frames * size[0] * size[1] > MOST_MOVIE_PIXELS_IN_ALL)
-        return session_fail(call->error, PEL_ERROR_ARGUMENT, "size: %g frames of %dx%d are more than %g pixels; ask for fewer or smaller ones", frames, size[0],
-                            size[1], MOST_MOVIE_PIXELS_IN_ALL);
+        return session_fail(call->error, PEL_ERROR_ARGUMENT, "size: %g frames of %dx%d are more than %g pixels; ask for fewer or smaller ones", frames,
+                            size[0], size[1], MOST_MOVIE_PIXELS_IN_ALL);
     struct session_job *job = check_memory(size, call->error) ? job_new(call, "movie") : NULL;
     if (!job)
         return false;

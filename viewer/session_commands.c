@@ -197,7 +197,8 @@ static bool run_edit(struct call *call, const struct session_command *command)
 {
     struct session *s = call->session;
     char *before = NULL;
-    if (!session_open_steps(s) && history_begins(&s->history, call->client->number, call->gesture) && !(before = pel_scene_to_text(&s->scene, NULL, call->error)))
+    bool step = !session_open_steps(s) && history_begins(&s->history, call->client->number, call->gesture);
+    if (step && !(before = pel_scene_to_text(&s->scene, NULL, call->error)))
         return false;
     bool fine = command->run(call);
     if (fine) {

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
-/* libFuzzer target for the viewer's commands: lines of JSON on a tiny volume, with no folder that may be opened. Nothing but the session's own refusal may come of any. Drawing is
- * real, but of a few pixels and voxels; sizes that a command asks for are bounded by what the session takes, so that large ones are left out here. */
+/* libFuzzer target for the viewer's commands: lines of JSON on a tiny volume, with no folder that may be opened. Nothing but the session's
+ * own refusal may come of any. Drawing is real, but of a few pixels and voxels; sizes that a command asks for are bounded by what the session takes, so that large ones are left out here. */
 #include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
@@ -56,7 +56,7 @@ static void feed(struct session *session, const char *text, size_t size)
     json_t *json = json_loadb(text, size, 0, NULL);
     const char *name = json_string_value(json_object_get(json, "do"));
     const char *device = json_string_value(json_object_get(json, "device"));
-    bool skip = name && strcmp(name, "device") == 0 && device && strncmp(device, "gpu", 3) == 0; /* the fuzzer's machine's drivers are no business of it */
+    bool skip = name && strcmp(name, "device") == 0 && device && strncmp(device, "gpu", 3) == 0; /* drivers are no business of it */
     if (!skip && !(is_large(json_object_get(json, "size")) || is_large(json_object_get(json, "frames"))))
         session_command_text(session, 1, text, size);
     json_decref(json);

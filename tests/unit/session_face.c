@@ -82,7 +82,8 @@ bool open_computed(void *user, struct session_opened *opened, const struct pel_p
     return pel_scene_choose(&opened->scene, &(struct pel_scene_parts) { .transfer = true, .slice = true, .camera = true }, 96, 64, error);
 }
 
-void start_with(struct face *face, const char *const *paths, FILE *record, bool (*open)(void *, struct session_opened *, const struct pel_progress *, struct pel_error *), void *open_user)
+void start_with(struct face *face, const char *const *paths, FILE *record,
+                bool (*open)(void *, struct session_opened *, const struct pel_progress *, struct pel_error *), void *open_user)
 {
     struct pel_error error = PEL_ERROR_INIT;
     *face = (struct face) { .lock = PTHREAD_MUTEX_INITIALIZER, .events = json_array() };

@@ -28,7 +28,8 @@ struct face {
 bool compute(struct pel_volume *volume, struct pel_error *error);
 bool open_computed(void *user, struct session_opened *opened, const struct pel_progress *progress, struct pel_error *error);
 /* `open` and `record` may be NULL. */
-void start_with(struct face *face, const char *const *paths, FILE *record, bool (*open)(void *, struct session_opened *, const struct pel_progress *, struct pel_error *), void *open_user);
+void start_with(struct face *face, const char *const *paths, FILE *record,
+                bool (*open)(void *, struct session_opened *, const struct pel_progress *, struct pel_error *), void *open_user);
 /* A command of a client; false: it was refused. */
 bool say(struct face *face, int client, const char *text);
 /* With a first client that said hello. */

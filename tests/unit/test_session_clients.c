@@ -62,7 +62,8 @@ static void test_jobs(void **state)
 static void test_slices(void **state)
 {
     static const char at[] = "{\"do\":\"slices\",\"at\":[0,0,0],\"size\":[32,32]}", none[] = "{\"do\":\"slices\",\"at\":null}";
-    static const char gray[] = "{\"do\":\"colormap\",\"name\":\"gray\",\"range\":[0,1]}", viridis[] = "{\"do\":\"colormap\",\"name\":\"viridis\",\"range\":[0,1]}";
+    static const char gray[] = "{\"do\":\"colormap\",\"name\":\"gray\",\"range\":[0,1]}";
+    static const char viridis[] = "{\"do\":\"colormap\",\"name\":\"viridis\",\"range\":[0,1]}";
     (void)state;
     struct face face;
     start_two(&face);
@@ -86,6 +87,31 @@ static void test_slices(void **state)
     assert_true(say(&face, 1, viridis));
     session_settle(face.session, true);
     assert_int_equal(face.slices, 9);
+    finish(&face);
+}
+
+/* They do not wait for a large picture that is drawn to be saved. */
+static void test_slices_stop_a_picture(void **state)
+{
+    (void)state;
+    struct face face;
+    start(&face);
+    assert_true(say(&face, 1, "{\"do\":\"set\",\"scene\":{\"render\":{\"refine\":0,\"step\":0.01}}}"));
+    session_settle(face.session, true);
+    assert_true(say(&face, 1, "{\"do\":\"picture\",\"size\":[2048,2048]}")); /* seconds */
+    usleep(50000);
+    assert_true(say(&face, 1, "{\"do\":\"slices\",\"at\":[0,0,0],\"size\":[32,32]}"));
+    for (int i = 0, slices = 0; i < 6000 && slices < 3; i++) {
+        usleep(5000);
+        pthread_mutex_lock(&face.lock);
+        slices = face.slices;
+        pthread_mutex_unlock(&face.lock);
+    }
+    assert_int_equal(face.slices, 3);
+    assert_int_equal(told(&face, 1, "download"), 0);
+    assert_true(say(&face, 1, "{\"do\":\"cancel\"}"));
+    session_settle(face.session, true);
+    assert_int_equal(told(&face, 1, "download"), 0);
     finish(&face);
 }
 
@@ -120,6 +146,11 @@ static void test_full_quality_is_stopped(void **state)
 
 int main(void)
 {
-    const struct CMUnitTest tests[] = { cmocka_unit_test(test_jobs), cmocka_unit_test(test_slices), cmocka_unit_test(test_full_quality_is_stopped) };
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_jobs),
+        cmocka_unit_test(test_slices),
+        cmocka_unit_test(test_slices_stop_a_picture),
+        cmocka_unit_test(test_full_quality_is_stopped),
+    };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
