@@ -113,7 +113,7 @@ with Folder() as folder:
     done = subprocess.run(["bash", "-c", 'source "$1"; complete_at() { COMP_WORDS=("$@"); COMP_CWORD=$(($# - 1)); COMPREPLY=(); _pellucid; echo "${COMPREPLY[@]}"; };'
                            'complete_at pellucid re; complete_at pellucid render --mode mi; complete_at pellucid render --colorm; complete_at pellucid make hyd',
                            "bash", script], capture_output=True, cwd=folder.path)
-    check(done.stdout.decode().split("\n")[:4] == ["render", "mip minip", "--colormap", "hydrogen"], "bash completes", done)
+    check(done.stdout.decode().split("\n")[:4] == ["render replay", "mip minip", "--colormap", "hydrogen"], "bash completes", done)
     for shell in ["zsh", "fish"]:
         script = write(folder / shell, run("completion", shell).out)
         check("--isovalue" in read(script).decode() or "-l isovalue" in read(script).decode(), shell + " completion knows the options")
