@@ -162,7 +162,8 @@ test('a click on isosurface is one step of undo', async () => {
 });
 
 test('of a large file of presets the chosen one is sent; one that is too large is refused in words', async () => {
-    const preset = (Name, points) => ({ Name, RGBPoints: Array.from({ length: points }, (_, i) => [i, 0.123456789, 0.5, i / points]).flat() });
+    const color = (i, points) => [i, 0.123456789, 0.5, i / points];
+    const preset = (Name, points) => ({ Name, RGBPoints: Array.from({ length: points }, (_, i) => color(i, points)).flat() });
     const drop = (name, content) =>
         page.evaluate(
             ([title, text]) => {
@@ -242,6 +243,23 @@ test('the wheel steps through slices, ten at once with Shift, which may turn it 
     equal(await turn(-100, 0, true), 10, 'and back');
 });
 
+test('two pages with slices have one cross-hair; one that has enough of it takes nothing from the other', async () => {
+    const other = await Face.open(browser, server.address);
+    const until = (one, number) =>
+        one.page.waitForFunction((n) => parseInt(document.querySelectorAll('.slice-label')[2].textContent.slice(2)) === n, number);
+    await other.page.keyboard.press('s');
+    for (const one of [other, face]) await until(one, 16); /* the middle of the volume, where a page begins */
+    await other.page.locator('.slice >> nth=2').focus();
+    for (let i = 0; i < 3; i++) await other.page.keyboard.press('PageDown');
+    for (const one of [other, face]) await until(one, 13);
+    await other.page.keyboard.press('s');
+    await other.until(() => other.lastSent('slices').at === null, 'the other page’s slices to go');
+    await page.locator('.slice >> nth=2').focus();
+    await page.keyboard.press('PageUp');
+    await until(face, 14);
+    await other.close();
+});
+
 test('on a screen of many pixels an enlarged slice is drawn, on another screen anew', async () => {
     const fine = await Face.open(browser, server.address, { viewport: { width: 1600, height: 1100 }, deviceScaleFactor: 2 });
     await fine.page.keyboard.press('s');
@@ -283,6 +301,33 @@ test('a click on the axes looks along them while frames come; a double click the
     await page.mouse.dblclick(...(await face.middle('.axis-end:last-child circle')));
     await face.rest();
     equal(face.count('focus'), 0, 'double clicks on the picture');
+});
+
+test('the probe is asked again where the picture moves under the pointer, and says nothing once it left', async () => {
+    const [x, y] = await face.middle('#main'),
+        said = () => page.locator('.status-cursor').textContent();
+    await page.locator('#main').focus();
+    await page.mouse.move(x, y + 2);
+    await page.waitForSelector('.status-cursor:has-text("value")');
+    const before = face.count('probe');
+    await page.keyboard.press('ArrowLeft');
+    await face.until(() => face.count('probe') > before, 'another probe');
+    await page.waitForSelector('.status-cursor:has-text("value")');
+    await page.mouse.move(x, y + 8);
+    await page.mouse.move(...(await face.middle('#open-save')));
+    await face.rest();
+    equal(await said(), '', 'what is said of the place that the pointer left');
+});
+
+test('what is cancelled is no error', async () => {
+    await open('save');
+    await page.fill('#panel-save [aria-label="Frames"]', '3000');
+    await page.keyboard.press('Tab');
+    await page.click('#panel-save button:has-text("Save movie")');
+    await page.click('#progress button:has-text("Cancel")');
+    await page.waitForSelector('.message.note:has-text("Cancelled.")');
+    await page.waitForSelector('#progress', { state: 'hidden' });
+    equal(await page.locator('.message.error').count(), 0, 'errors');
 });
 
 test('the focus stays near what goes', async () => {

@@ -73,6 +73,12 @@ test('every control has a name, every option row a control', async () => {
     const rows = [...hello.options.render.filter((row) => row.name !== 'mode'), ...hello.options.camera].map((row) => row.name);
     const shown = await page.evaluate(() => [...document.querySelectorAll('[data-option]')].map((e) => e.dataset.option));
     equal(rows.filter((row) => !shown.includes(row)).join(), '', 'rows without a control');
+    const helpless = await page.evaluate(() =>
+        [...document.querySelectorAll('[data-option] :is(input, select)')]
+            .filter((e) => !document.getElementById(e.getAttribute('aria-describedby'))?.textContent)
+            .map((e) => e.outerHTML),
+    );
+    equal(helpless.join('\n'), '', 'options whose help is told to nobody');
     const mode = hello.options.render.find((row) => row.name === 'mode').choices.length;
     equal(await page.locator('.modes button').count(), mode, 'modes');
 });
@@ -138,12 +144,11 @@ test('no panel overflows a phone in portrait', async () => {
         }, name);
         equal(wide.join('\n'), '', `what is too wide in ${name}`);
     }
-    const [picture, sheet] = await phone.page.evaluate(() =>
-        [document.querySelector('#main').getBoundingClientRect(), document.querySelector('#panels').getBoundingClientRect()].map((r) =>
-            r.toJSON(),
-        ),
-    );
-    assert(picture.bottom < sheet.top + 20 && picture.height > 150, 'the picture stays in sight above the sheet');
+    /* The picture stays in sight above the sheet, once it was told how high that is. */
+    await phone.page.waitForFunction(() => {
+        const [picture, sheet] = ['#main', '#panels'].map((selector) => document.querySelector(selector).getBoundingClientRect());
+        return picture.bottom < sheet.top + 20 && picture.height > 150;
+    });
     equal(phone.complaints.join('\n'), '', 'complaints of the browser');
     await phone.close();
 });
@@ -172,6 +177,10 @@ test('a finger turns the picture', async () => {
     await phone.until(() => phone.sent.filter((c) => c.do === 'zoom').reduce((f, c) => f * c.by, 1) > 1.3, 'a pinch to zoom');
     await phone.settle();
     equal(phone.count('hold'), 2, 'holds, one a gesture');
+    equal(phone.count('probe'), 0, 'probes so far');
+    await touch('touchStart', [[x, y]]);
+    await touch('touchEnd', []);
+    await phone.until(() => phone.count('probe') > 0, 'a tap to probe');
     await phone.close();
 });
 

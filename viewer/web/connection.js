@@ -6,7 +6,8 @@
 
 const RETRY_MS = [300, 700, 1500, 3000, 5000];
 /* What the server takes in one message. */
-const MOST_BYTES = 2 ** 20;
+const MOST_BYTES = 2 ** 20,
+    TOO_LONG = 'this is more than the server takes in one message (1 MiB)';
 
 /** `whole` with the keys of `part`; objects in it are merged one level deep. */
 export function mergeParts(whole, part) {
@@ -121,7 +122,7 @@ export class Connection extends EventTarget {
             text = JSON.stringify({ ...command, id });
         /* A longer one would end the connection without a word. */
         if (text.length * 3 > MOST_BYTES && new TextEncoder().encode(text).length > MOST_BYTES)
-            queueMicrotask(() => this.#event({ event: 'error', id, do: command.do, message: 'this is more than the server takes in one message (1 MiB)' }));
+            queueMicrotask(() => this.#event({ event: 'error', id, do: command.do, message: TOO_LONG }));
         else this.#socket.send(text);
         return id;
     }

@@ -63,7 +63,7 @@ export class Keys {
             ['Ctrl Z', 'undo', (e) => this.#ctrl(e, 'z') && !e.shiftKey, () => app.undo()],
             ['Ctrl Shift Z, Ctrl Y', 'redo', (e) => (this.#ctrl(e, 'z') && e.shiftKey) || this.#ctrl(e, 'y'), () => app.redo()],
             ['Ctrl S', 'save the picture', (e) => this.#ctrl(e, 's'), () => app.savePicture()],
-            ['Space', 'marks what is seen in the middle, for a distance', (e) => this.#space(e), () => app.measureClick({ at: [0.5, 0.5] }, true)],
+            ['Space', 'marks what is in the middle, for a distance', (e) => this.#space(e), () => app.measureClick({ at: [0.5, 0.5] }, true)],
             ['M', 'measure a distance', 'm', () => set({ tool: get('tool') === 'measure' ? 'turn' : 'measure' })],
             ['S', 'three slices on or off', 's', () => set({ layout: get('layout') === 'four' ? 'one' : 'four' })],
             ['H', 'hide or show axes, scale bar and legend', 'h', () => prefer({ overlays: !get('preferences').overlays })],

@@ -48,6 +48,7 @@ export class Slice {
     #listen() {
         const { picture, slices } = this;
         const on = (kinds, listener, options) => kinds.split(' ').forEach((kind) => picture.addEventListener(kind, listener, options));
+        on('drawn', ({ detail }) => slices.at && slices.shown(this.axis, detail.id, this.view.focus));
         on('drawn resized', () => this.update());
         on('pointerdown', (event) => this.#press(event));
         on('pointermove', (event) => this.#move(event));

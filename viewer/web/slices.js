@@ -30,6 +30,7 @@ function usualWindow(range, histogram) {
 
 export class Slices {
     #scheduled = false;
+    #asked = 0; /* id of the last command */
 
     constructor(app, stage) {
         this.app = app;
@@ -92,13 +93,24 @@ export class Slices {
         if (!this.on || !this.at) return;
         const { picture } = this.slices.find((slice) => slice.picture.clientWidth > 0) ?? this.slices[0];
         const views = this.slices.some(({ seen }) => seen) ? { views: this.slices.map(({ seen }) => seen) } : {};
-        this.app.connection.send({
+        this.#asked = this.app.connection.send({
             do: 'slices',
             at: this.at,
             size: wanted(picture, MOST),
             ...(this.grey ? { window: this.window } : {}),
             ...views,
         });
+    }
+
+    /** A picture of a slice is seen. There is one cross-hair for all pages: where another page moved it, it is there here, too. */
+    shown(axis, id, focus) {
+        if (this.#scheduled || id < this.#asked) return;
+        const index = transform(this.inverse, this.at),
+            there = transform(this.inverse, focus)[axis];
+        if (Math.abs(there - index[axis]) < 1e-3) return;
+        index[axis] = there;
+        this.at = transform(this.matrix, index);
+        this.#told();
     }
 
     /** One slice over the whole stage, or the four pictures again. */

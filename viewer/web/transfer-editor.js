@@ -26,7 +26,7 @@ export class TransferEditor extends HTMLElement {
         class: 'points',
         role: 'application',
         tabindex: '0',
-        'aria-label': 'Transfer function. Page up and down choose a point, a colour or an isovalue, arrows move it, Insert adds, Delete removes',
+        'aria-label': 'Transfer function. Page up and down choose a point, colour or isovalue, arrows move it, Insert adds, Delete removes',
     });
     #live = h('div', { class: 'hidden', 'aria-live': 'polite' });
     #drag = null;
