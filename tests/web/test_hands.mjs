@@ -306,7 +306,10 @@ test('a click on the axes looks along them while frames come; a double click the
 test('the probe is asked again where the picture moves under the pointer, and says nothing once it left', async () => {
     const [x, y] = await face.middle('#main'),
         said = () => page.locator('.status-cursor').textContent();
+    await face.send({ do: 'set', scene: { transfer: { opacities: [[0, 1]] } } }); /* so that something is met everywhere */
     await page.locator('#main').focus();
+    await page.keyboard.press('r');
+    await face.rest();
     await page.mouse.move(x, y + 2);
     await page.waitForSelector('.status-cursor:has-text("value")');
     const before = face.count('probe');

@@ -60,8 +60,8 @@ export class Probe {
         if (!this.#place?.at) this.#camera = now;
         if (now === this.#camera) return;
         this.#forget();
+        this.#camera = quality === 'moving' ? '' : now; /* '': also where it comes back to where it was */
         if (quality === 'moving') return;
-        this.#camera = now;
         this.#again();
     }
 
