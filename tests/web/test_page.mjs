@@ -197,7 +197,7 @@ function poorContrasts() {
     const behind = (element) => {
         for (let e = element; e; e = e.parentElement) {
             /* Over a picture: what the scene has behind the volume; writing there has an edge against the rest. */
-            if (e.matches('pel-picture')) return e.parentElement.dataset.ground === 'light' ? [255, 255, 255, 1] : [0, 0, 0, 1];
+            if (e.matches('pel-picture')) return e.dataset.ground === 'light' ? [255, 255, 255, 1] : [0, 0, 0, 1];
             const knob = e.matches('.axis-end text') && e.parentNode.querySelector('circle');
             if (knob) return channels(getComputedStyle(knob).fill);
             const color = channels(getComputedStyle(e).backgroundColor);
@@ -234,7 +234,7 @@ test('writing has the contrast of WCAG AA in both themes', async () => {
         await themed.page.evaluate(async () => (await import('./store.js')).set({ link: { state: 'lost' }, layout: 'four' }));
         await themed.send({ do: 'set', scene: { nonsense: 1 } });
         await themed.page.waitForSelector('.message.error');
-        await themed.page.waitForFunction((ground) => document.querySelector('#stage').dataset.ground === ground, colorScheme);
+        await themed.page.waitForFunction((ground) => document.querySelector('#main').dataset.ground === ground, colorScheme);
         await themed.until(() => themed.frames.some(({ header }) => header.view === 'slice-k'), 'the slices');
         await themed.page.waitForSelector('.slice-label:not(:empty)');
         equal((await themed.page.evaluate(poorContrasts)).join('\n'), '', `poor contrasts, ${colorScheme}, over the pictures`);

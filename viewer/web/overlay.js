@@ -94,7 +94,7 @@ export class Overlay {
     /** Writing is light on a dark picture and dark on a light one. */
     #ground() {
         const [r, g, b] = get('scene')?.background ?? [0, 0, 0];
-        this.picture.parentElement.dataset.ground = 0.3 * r + 0.59 * g + 0.11 * b > 0.5 ? 'light' : 'dark';
+        this.picture.dataset.ground = 0.3 * r + 0.59 * g + 0.11 * b > 0.5 ? 'light' : 'dark';
     }
 
     #nameAxes() {
