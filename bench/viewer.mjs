@@ -90,8 +90,7 @@ async function round(browser) {
             }).observe(document.body, { attributes: true }),
         );
     });
-    const page = await context.newPage(),
-        asked = performance.now();
+    const page = await context.newPage();
     await page.goto(server.address);
     await page.waitForFunction(() => window.firstPicture, null, { timeout: 60000 });
     const firstPicture = await page.evaluate(() => window.firstPicture);
@@ -115,7 +114,6 @@ async function round(browser) {
         server_ready_ms: ready - begun,
         first_picture_ms: firstPicture,
         first_picture_from_start_ms: ready - begun + (firstPicture ?? 0),
-        asked,
         first_answer_ms: first,
         shape,
         latencies: moving.flatMap((f) => f.latencies),

@@ -5,6 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 #include <time.h>
+#include <unistd.h>
 
 #include "arguments.h"
 #include "commands.h"
@@ -39,7 +40,8 @@ struct watcher {
     } moving, rest;
     void *picture; /* owned; the last lossless main one */
     size_t size;
-    int errors;
+    struct recording *recording;
+    int errors; /* that the recording did not have */
 };
 
 static double number_behind(const char *text, const char *key)
@@ -74,16 +76,31 @@ static void on_frame(void *user, const struct session_frame *frame)
     pthread_mutex_unlock(&w->lock);
 }
 
+/* Was this error told when it was recorded, too? Each counts once. What was cancelled depends on the pace, so that is no matter. */
+static bool was_told(struct recording *recording, int client, const char *command)
+{
+    for (size_t i = 0; i < recording->error_count; i++) {
+        struct recorded_error *e = &recording->errors[i];
+        if (e->client != client || strncmp(e->command, command, sizeof e->command - 1) != 0)
+            continue;
+        *e = recording->errors[--recording->error_count];
+        return true;
+    }
+    return false;
+}
+
 static void on_event(void *user, int client, const char *text)
 {
     struct watcher *w = user;
     json_t *event = json_loads(text, 0, NULL);
     const char *kind = json_string_value(json_object_get(event, "event"));
     if (kind && strcmp(kind, "error") == 0) {
+        const char *command = json_string_value(json_object_get(event, "do")), *message = json_string_value(json_object_get(event, "message"));
         pthread_mutex_lock(&w->lock);
-        w->errors++;
+        bool expected = was_told(w->recording, client, command ? command : "") || (message && strcmp(message, "cancelled") == 0);
+        w->errors += !expected;
         pthread_mutex_unlock(&w->lock);
-        tool_note("client %d: %s", client, json_string_value(json_object_get(event, "message")));
+        tool_note("client %d: %s%s", client, message, expected ? "" : " (not so when it was recorded)");
     }
     json_decref(event);
 }
@@ -91,8 +108,9 @@ static void on_event(void *user, int client, const char *text)
 static bool open_recorded(void *user, struct session_opened *opened, const struct pel_progress *progress, struct pel_error *error)
 {
     const struct recording *recording = user;
+    bool fine = session_open_snapshot(recording->scene, opened, progress, error);
     opened->fit_camera = recording->fitted;
-    return session_open_snapshot(recording->scene, opened, progress, error);
+    return fine;
 }
 
 static void sleep_until(double ms)
@@ -118,8 +136,11 @@ static void feed(struct session *session, const struct recording *recording, boo
         const struct recorded *r = &recording->commands[i];
         if (!fast)
             sleep_until(start + r->at_ms);
-        session_command(session, r->client, r->command);
-        if (fast || opens(r->command))
+        if (r->command)
+            session_command(session, r->client, r->command);
+        else
+            session_leave(session, r->client);
+        if (r->command && (fast || opens(r->command)))
             session_settle(session, false);
     }
     for (size_t i = 0; i < recording->count; i++)
@@ -152,6 +173,20 @@ static bool write_picture(const char *path, const struct watcher *w, struct pel_
     return fine || tool_fail(error, PEL_ERROR_IO, "%.300s: %s", path, strerror(errno));
 }
 
+/* What is gone cannot be opened; that matters only where the recording does. */
+static void leave_out_missing(char **files)
+{
+    char **kept = files;
+    for (; *files; files++)
+        if (access(*files, F_OK) == 0) {
+            *kept++ = *files;
+        } else {
+            tool_note("%s: %s", *files, strerror(errno));
+            free(*files);
+        }
+    *kept = NULL;
+}
+
 static bool replay(const struct values *values, struct recording *recording, struct watcher *w, struct pel_error *error)
 {
     const struct session_params params = {
@@ -160,9 +195,11 @@ static bool replay(const struct values *values, struct recording *recording, str
         .event = on_event,
         .open = recording->scene ? open_recorded : NULL,
         .open_user = recording,
+        .paths = (const char *const *)recording->files,
         .threads = values->threads,
         .budget_ms = values->budget,
     };
+    leave_out_missing(recording->files);
     struct session *session = session_create(&params, error);
     if (!session)
         return false;
@@ -174,6 +211,9 @@ static bool replay(const struct values *values, struct recording *recording, str
     session_destroy(session);
     if (fine && interruption())
         fine = tool_fail(error, PEL_ERROR_CANCELLED, "interrupted");
+    if (fine && w->errors)
+        fine = tool_fail(error, PEL_ERROR_FORMAT, "%d error%s that the recording did not have; its files or the device are others", w->errors,
+                         w->errors == 1 ? "" : "s");
     return fine;
 }
 
@@ -189,11 +229,16 @@ static int run(const struct command *command, int argc, char **argv)
         return status;
     if (!recording_read(arguments.operands[0], &recording, &error))
         return tool_report(&error);
+    w.recording = &recording;
     bool fine = replay(&values, &recording, &w, &error);
-    if (fine) {
+    if (fine || w.errors) {
         tell("in motion", w.moving.ms, w.moving.count);
         tell("at rest", w.rest.ms, w.rest.count);
-        fine = !values.picture[0] || write_picture(values.picture, &w, &error);
+        struct pel_error unwritten = PEL_ERROR_INIT;
+        if (values.picture[0] && !write_picture(values.picture, &w, &unwritten) && fine) {
+            error = unwritten;
+            fine = false;
+        }
     }
     recording_finish(&recording);
     free(w.moving.ms);

@@ -5,11 +5,13 @@
 #include <signal.h>
 #include <spawn.h>
 #include <stdatomic.h>
+#include <stdlib.h>
 #include <string.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
 #include "commands.h"
+#include "downloads.h"
 #include "scene_arguments.h"
 #include "server.h"
 
@@ -64,7 +66,9 @@ static bool open_first(void *user, struct session_opened *opened, const struct p
     struct progress bar;
     progress_init(&bar, true);
     bar.also = *progress;
-    if (!scene_load(&loaded, first->arguments, values, first->path, &bar, error)) {
+    const char *path = first->path ? first->path : values->scene;
+    bool fine = session_is_text(path) || tool_fail(error, PEL_ERROR_ARGUMENT, "%.300s: " SESSION_NO_TEXT, path);
+    if (!fine || !scene_load(&loaded, first->arguments, values, first->path, &bar, error)) {
         first->error = *error;
         atomic_store(&first->failed, true);
         return false;
@@ -85,13 +89,44 @@ static bool should_stop(void *user)
     return interruption() || atomic_load(&first->failed);
 }
 
-static void open_browser(const char *address)
+/* Where a browser may read a file of this user's. A snap's sees none but those of the home folder that are not hidden. */
+static const char *folder_for_browser(void)
 {
-    char *argv[] = { "xdg-open", (char *)address, NULL };
+    const char *home = getenv("HOME"), *run = getenv("XDG_RUNTIME_DIR");
+    char snaps[PEL_OPTION_TEXT_SIZE];
+    if (home && snprintf(snaps, sizeof snaps, "%s/snap", home) < (int)sizeof snaps && access(snaps, F_OK) == 0)
+        return home;
+    return run && run[0] && access(run, W_OK) == 0 ? run : temporary_folder();
+}
+
+/* A page that leads to the viewer's and that this user alone can read: the words of a command line, and so its token, anybody on the machine can. */
+static bool write_leading_page(const char *address, char path[PEL_OPTION_TEXT_SIZE])
+{
+    int length = snprintf(path, PEL_OPTION_TEXT_SIZE, "%s/pellucid-view-XXXXXX.html", folder_for_browser());
+    int fd = length < PEL_OPTION_TEXT_SIZE ? mkostemps(path, (int)strlen(".html"), O_CLOEXEC) : -1; /* 0600 */
+    if (fd < 0)
+        return false;
+    bool fine = dprintf(fd, "<!DOCTYPE html><meta charset=\"utf-8\"><meta name=\"referrer\" content=\"no-referrer\"><title>Pellucid</title>"
+                            "<meta http-equiv=\"refresh\" content=\"0; url=%s\"><a href=\"%s\">The viewer</a>\n", address, address) > 0;
+    if (close(fd) == 0 && fine)
+        return true;
+    unlink(path);
+    return false;
+}
+
+/* `page` gets the path of a file to be removed at the end, or "". */
+static void open_browser(const char *address, char page[PEL_OPTION_TEXT_SIZE])
+{
+    char *argv[] = { "xdg-open", page, NULL };
     posix_spawn_file_actions_t actions;
     posix_spawnattr_t attributes;
     sigset_t defaults;
     pid_t pid;
+    if (!write_leading_page(address, page)) {
+        page[0] = 0;
+        tool_note("no browser is started, for no file can be made in %s: %s; open the address above in one", folder_for_browser(), strerror(errno));
+        return;
+    }
     signal(SIGCHLD, SIG_IGN); /* nobody waits for it */
     posix_spawn_file_actions_init(&actions);
     posix_spawn_file_actions_addopen(&actions, STDOUT_FILENO, "/dev/null", O_WRONLY, 0);
@@ -113,6 +148,7 @@ static bool serve(const struct values *values, struct first *first, char **paths
 {
     const struct server_params where = { values->listen, values->port, (uint64_t)(values->max_upload * 1e6) };
     struct server *server = server_create(&where, error);
+    char page[PEL_OPTION_TEXT_SIZE] = "";
     if (!server)
         return false;
     const struct session_params params = {
@@ -134,8 +170,10 @@ static bool serve(const struct values *values, struct first *first, char **paths
         printf("%s\n", server_address(server));
         fflush(stdout);
         if (values->open)
-            open_browser(server_address(server));
+            open_browser(server_address(server), page);
         server_run(server, session, should_stop, first);
+        if (page[0])
+            unlink(page);
     }
     session_destroy(session);
     server_destroy(server);
@@ -184,8 +222,9 @@ static int run(const struct command *command, int argc, char **argv)
         return tool_report(&error);
     }
     bool fine = serve(&values, &first, paths, record, &error);
-    if (record)
-        fclose(record);
+    bool whole = !record || !ferror(record);
+    if ((record && fclose(record) != 0) || !whole)
+        fine = fine && tool_fail(&error, PEL_ERROR_IO, "--record %.300s: it could not be written to its end; is the disk full?", values.record);
     return tool_finish_stdout(fine ? EXIT_FINE : tool_report(&error));
 }
 

@@ -82,13 +82,6 @@ static bool make(const struct session *s, const struct session_wish *wish, struc
     return *renderer;
 }
 
-static bool check_technique(const struct session *s, const struct session_wish *wish, struct pel_error *error)
-{
-    const struct pel_technique_info *info = pel_technique_find(s->scene.technique.name);
-    return !wish->cpu || !info || (info->engines & PEL_ENGINE_CPU) ||
-           session_fail(error, PEL_ERROR_UNSUPPORTED, "the technique %s draws on a GPU alone; choose another technique first", info->name);
-}
-
 bool session_device_change(struct session *s, struct pel_renderer **renderer, struct pel_renderer_params params)
 {
     const struct session_wish wish = s->wish;
@@ -99,7 +92,7 @@ bool session_device_change(struct session *s, struct pel_renderer **renderer, st
     bool fine = make(s, &wish, &params, &made, &error);
     pthread_mutex_lock(&s->lock);
     s->wish.there = s->wish.number != wish.number; /* another came meanwhile */
-    bool taken = fine && check_technique(s, &wish, &error);
+    bool taken = fine && session_can_draw(&s->scene.technique, wish.cpu, &error);
     if (taken) {
         struct pel_renderer *old = *renderer;
         struct pel_device *old_device = s->device;

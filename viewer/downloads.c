@@ -11,12 +11,16 @@
 
 #include "session_inside.h"
 
-int download_file(struct pel_error *error)
+const char *temporary_folder(void)
 {
     const char *folder = getenv("TMPDIR");
+    return folder && folder[0] ? folder : "/tmp";
+}
+
+int download_file(struct pel_error *error)
+{
+    const char *folder = temporary_folder();
     char path[4096];
-    if (!folder || !folder[0])
-        folder = "/tmp";
     int fd = open(folder, O_TMPFILE | O_RDWR | O_CLOEXEC, 0600);
     if (fd < 0 && snprintf(path, sizeof path, "%s/pellucid-XXXXXX", folder) < (int)sizeof path) {
         fd = mkostemp(path, O_CLOEXEC);
@@ -59,10 +63,14 @@ const struct download *downloads_add(struct downloads *downloads, int fd, const 
     *entry = (struct download) { .number = number, .fd = fd, .type = type, .since_ms = now_ms };
     entry->bytes = fstat(fd, &st) == 0 ? (uint64_t)st.st_size : 0;
     snprintf(entry->name, sizeof entry->name, "%s", name);
+    return entry;
+}
+
+void downloads_expire(struct downloads *downloads, double now_ms)
+{
     for (int i = 0; i < DOWNLOADS_KEPT; i++)
         if (now_ms - downloads->kept[i].since_ms > DOWNLOADS_MS)
             drop(&downloads->kept[i]);
-    return entry;
 }
 
 const struct download *downloads_find(const struct downloads *downloads, unsigned number, double now_ms)

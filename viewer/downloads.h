@@ -24,6 +24,9 @@ struct downloads {
     } kept[DOWNLOADS_KEPT];
 };
 
+/* TMPDIR, or /tmp. */
+const char *temporary_folder(void);
+
 /* A file without a name, to be written; -1 on failure. */
 int download_file(struct pel_error *error);
 /* Writes all of it. */
@@ -33,6 +36,8 @@ bool download_write(int fd, const void *bytes, uint64_t size, struct pel_error *
 const struct download *downloads_add(struct downloads *downloads, int fd, const char *name, const char *type, double now_ms);
 /* NULL: it is no longer kept. */
 const struct download *downloads_find(const struct downloads *downloads, unsigned number, double now_ms);
+/* Closes what was kept long enough. */
+void downloads_expire(struct downloads *downloads, double now_ms);
 void downloads_finish(struct downloads *downloads);
 
 #endif

@@ -28,10 +28,11 @@ struct drawer {
     struct slices_drawer *slices;
     struct pel_image moving, full;
     struct pel_scene scene; /* the copy that is drawn */
-    const struct session_volume *drawn; /* whose memory the renderer may remember */
-    struct session_volume *volume;      /* of the copy; held */
+    uint64_t known;                /* number of the volume that the renderer may remember; 0: none */
+    struct session_volume *volume; /* of the copy; held */
     struct pace pace;
-    enum pel_mode mode;          /* that the pace is of */
+    uint64_t paced;              /* number of the volume that the pace is of; 0: none */
+    enum pel_mode mode;          /* likewise */
     char technique[32];          /* likewise: the scene's */
     bool fast_refused;           /* the fast technique cannot draw this */
     double full_ms, full_pixels; /* of the last picture in full quality; 0: there was none */
@@ -81,74 +82,6 @@ bool session_take_options(struct pel_renderer *renderer, const struct pel_scene 
     return strcmp(scene->technique.name, technique) != 0 || pel_renderer_take_technique(renderer, &scene->technique, error);
 }
 
-void session_note_clients(const struct session *s, struct frame_facts *facts)
-{
-    facts->client_count = 0;
-    for (int i = 0; i < SESSION_MOST_CLIENTS; i++)
-        if (s->clients[i].number && s->clients[i].greeted) {
-            facts->clients[facts->client_count] = s->clients[i].number;
-            facts->ids[facts->client_count++] = s->clients[i].id;
-        }
-}
-
-/* ---- sending ---- */
-
-static uint64_t counter(const struct pel_frame_stats *stats, const char *name)
-{
-    for (int i = 0; i < stats->counter_count; i++)
-        if (strcmp(stats->counters[i].name, name) == 0)
-            return stats->counters[i].value;
-    return 0;
-}
-
-/* `ms` last and open, for the client's own. */
-static char *header_text(const struct frame_facts *f, const struct session_frame *frame, const struct pel_image *image, double encode_ms)
-{
-    const struct pel_frame_stats *stats = f->stats;
-    char device[256], *text, *whole = NULL;
-    snprintf(device, sizeof device, "%s%s%s, %d thread%s", strcmp(stats->device, "cpu") ? stats->device : "CPU", stats->isa ? " " : "",
-             stats->isa ? stats->isa : "", stats->threads, stats->threads == 1 ? "" : "s");
-    json_t *json = json_pack("{s:I, s:s, s:s, s:[i, i], s:[i, i], s:s, s:b, s:b, s:o, s:s, s:s, s:I, s:I}", "frame", (json_int_t)frame->number, "view", f->view,
-                             "type", f->final ? "image/png" : "image/jpeg", "size", image->width, image->height, "of", f->of[0], f->of[1], "quality",
-                             f->quality, "lossless", (int)f->final, "final", (int)f->final, "camera", session_camera_json(&f->scene->camera), "technique",
-                             stats->technique ? stats->technique : "", "device", device, "samples", (json_int_t)counter(stats, "samples taken"), "averaged",
-                             (json_int_t)counter(stats, "frames averaged"));
-    text = json_dumps(json, JSON_COMPACT | JSON_REAL_PRECISION(17));
-    json_decref(json);
-    if (text) {
-        text[strlen(text) - 1] = 0;
-        if (asprintf(&whole, "%s,\"ms\":{\"draw\":%.3f,\"encode\":%.3f", text, f->draw_ms, encode_ms) < 0)
-            whole = NULL;
-    }
-    free(text);
-    return whole;
-}
-
-void session_send_frame(struct session *s, struct encoder *encoder, const struct pel_image *image, struct frame_facts *f)
-{
-    struct pel_error error = PEL_ERROR_INIT;
-    double start = session_now();
-    struct session_frame frame = { .view = f->view, .lossless = f->final, .client_count = f->client_count };
-    bool fine = f->final ? encode_png(encoder, image, f->scene->background, false, &frame.bytes, &frame.size, &error)
-                            : encode_jpeg(encoder, image, f->scene->background, strcmp(f->quality, "moving") != 0, &frame.bytes, &frame.size, &error);
-    if (!fine) {
-        pthread_mutex_lock(&s->lock);
-        session_tell_error(s, 0, error.message, NULL);
-        pthread_mutex_unlock(&s->lock);
-        return;
-    }
-    frame.number = ++s->frames;
-    for (int i = 0; i < f->client_count; i++) {
-        frame.clients[i].client = f->clients[i];
-        frame.clients[i].id = f->ids[i];
-    }
-    char *header = header_text(f, &frame, image, session_now() - start);
-    frame.header = header;
-    if (header && s->params.frame)
-        s->params.frame(s->params.user, &frame);
-    free(header);
-}
-
 /* ---- what to draw next ---- */
 
 static bool full_is_slow(const struct drawer *d, const struct session *s)
@@ -180,15 +113,14 @@ static enum work next_work(const struct drawer *d, const struct session *s, doub
     }
     if (s->refined != s->revision)
         return WORK_REFINE;
-    return s->jobs ? WORK_JOB : WORK_NONE;
+    return session_job_due(s) ? WORK_JOB : WORK_NONE;
 }
 
 /* A copy of the scene as it is now, and of whose commands are in it. With the lock held. */
-static bool take_copy(struct drawer *d, struct frame_facts *f)
+static bool take_copy(struct drawer *d, struct frame_facts *f, struct pel_error *error)
 {
     struct session *s = d->session;
     struct pel_transfer transfer = d->scene.transfer;
-    struct pel_error error = PEL_ERROR_INIT;
     if (d->volume != s->volume) {
         if (d->volume)
             session_volume_release(s, d->volume);
@@ -196,15 +128,15 @@ static bool take_copy(struct drawer *d, struct frame_facts *f)
         d->volume->users++;
         d->full_ms = 0;
     }
-    if (!pel_transfer_equal(&transfer, &s->scene.transfer) && !pel_transfer_copy(&transfer, &s->scene.transfer, &error)) {
+    if (!pel_transfer_equal(&transfer, &s->scene.transfer) && !pel_transfer_copy(&transfer, &s->scene.transfer, error)) {
         d->scene.transfer = transfer;
-        session_tell_error(s, 0, error.message, NULL);
         return false;
     }
     memcpy(&d->scene, &s->scene, sizeof d->scene); /* with its padding: the renderer compares bytes */
     d->scene.transfer = transfer;
-    *f = (struct frame_facts) { .view = "main", .of = { s->size[0], s->size[1] }, .revision = s->revision, .scene = &d->scene };
-    session_note_clients(s, f);
+    *f = (struct frame_facts) { .view = "main", .of = { s->size[0], s->size[1] }, .revision = s->revision,
+                                .volume = s->volume->number, .scene = &d->scene };
+    session_note_clients(s, f, false);
     return true;
 }
 
@@ -213,13 +145,20 @@ static const char *technique_of(const struct pel_scene *scene)
     return scene->technique.name[0] ? scene->technique.name : usual;
 }
 
+/* Before each draw, of the scene or of a job: what the renderer remembers is of one volume. */
+static void know(struct drawer *d, uint64_t volume)
+{
+    if (d->known != volume)
+        pel_renderer_invalidate(d->renderer);
+    d->known = volume;
+}
+
 /* Another mode, technique or volume costs something else; true then. */
 static bool meet(struct drawer *d)
 {
     bool new = false;
-    if (d->drawn != d->volume)
-        pel_renderer_invalidate(d->renderer);
-    if (d->drawn != d->volume || d->mode != d->scene.render.mode || strcmp(d->technique, technique_of(&d->scene)) != 0) {
+    know(d, d->volume->number);
+    if (d->paced != d->volume->number || d->mode != d->scene.render.mode || strcmp(d->technique, technique_of(&d->scene)) != 0) {
         pace_init(&d->pace, d->session->params.budget_ms);
         d->fast_refused = false;
         d->full_ms = 0;
@@ -227,7 +166,7 @@ static bool meet(struct drawer *d)
         snprintf(d->technique, sizeof d->technique, "%s", technique_of(&d->scene));
         new = true;
     }
-    d->drawn = d->volume;
+    d->paced = d->volume->number;
     return new;
 }
 
@@ -348,7 +287,7 @@ static bool refine(struct drawer *d, struct frame_facts *f, bool *finished, stru
     return true;
 }
 
-/* Where a GPU that nobody asked for by name refuses, the CPU draws. */
+/* Where a GPU refuses, also one that was asked for by name, the CPU draws from then on, and the event `devices` tells so. */
 static bool leave_device(struct drawer *d, const struct pel_error *error)
 {
     struct session *s = d->session;
@@ -363,7 +302,7 @@ static bool leave_device(struct drawer *d, const struct pel_error *error)
     session_tell_devices(s);
     pthread_mutex_unlock(&s->lock);
     d->renderer = pel_renderer_create(&params, NULL);
-    d->drawn = NULL;
+    d->known = d->paced = 0;
     return d->renderer != NULL;
 }
 
@@ -417,6 +356,60 @@ static void wait_for_work(struct session *s, double wait_ms)
     pthread_cond_timedwait(&s->wake, &s->lock, &until);
 }
 
+/* What was to be done cannot even be begun: it is not tried again until something changes. */
+static void give_up(struct drawer *d, enum work what, const struct pel_error *error)
+{
+    struct session *s = d->session;
+    if (what == WORK_JOB) {
+        session_job_fail(s, error->message);
+        return;
+    }
+    session_tell_error(s, 0, error->message, NULL);
+    if (what == WORK_SLICES) {
+        s->slices_shown = s->slices_revision;
+        s->slices_moving = false;
+    } else {
+        s->shown = s->full = s->refined = s->revision;
+    }
+}
+
+/* The scene, or the state of a refinement or job, that is to be drawn, and what draws it. */
+static bool get_ready(struct drawer *d, enum work what, struct frame_facts *f, struct pel_error *error)
+{
+    if (what == WORK_REFINE) {
+        *f = d->rest;
+        session_note_clients(d->session, f, false);
+    } else if (what != WORK_JOB && !take_copy(d, f, error)) {
+        return false;
+    }
+    return make_renderer(d, error);
+}
+
+static void draw_slices(struct drawer *d, struct frame_facts *f)
+{
+    struct session *s = d->session;
+    const struct session_slices asked = s->slices;
+    const uint64_t revision = s->slices_revision;
+    s->slices_moving = session_held(s);
+    f->quality = s->slices_moving ? "moving" : "full";
+    f->final = !s->slices_moving;
+    session_note_clients(s, f, true);
+    pthread_mutex_unlock(&s->lock);
+    session_slices_draw(s, &d->slices, d->encoder, &asked, f);
+    pthread_mutex_lock(&s->lock);
+    s->slices_shown = revision;
+}
+
+static void draw_job(struct drawer *d)
+{
+    struct session *s = d->session;
+    uint64_t volume = session_job_volume(s);
+    pthread_mutex_unlock(&s->lock);
+    know(d, volume);
+    session_job_step(s, d->renderer);
+    pthread_mutex_lock(&s->lock);
+}
+
 /* One thing; with the lock held, which is given up meanwhile. */
 static void do_next(struct drawer *d, enum work what)
 {
@@ -424,37 +417,20 @@ static void do_next(struct drawer *d, enum work what)
     struct frame_facts f;
     struct pel_error error = PEL_ERROR_INIT;
     atomic_store(&s->abort, s->quit ? SESSION_ENDS : 0);
-    d->stoppable = what != WORK_MOVING && (what != WORK_FULL || s->shown == s->revision);
-    if (what == WORK_REFINE) {
-        f = d->rest;
-        session_note_clients(s, &f);
-    } else if (!take_copy(d, &f)) {
-        s->shown = s->full = s->refined = s->revision;
+    if (!get_ready(d, what, &f, &error)) {
+        give_up(d, what, &error);
         return;
     }
-    if (!make_renderer(d, &error)) {
-        session_tell_error(s, 0, error.message, NULL);
-        s->shown = s->full = s->refined = s->revision;
-        return;
-    }
-    const struct session_slices asked = s->slices;
     bool slow = full_is_slow(d, s);
     enum pace_kind kind = s->camera_only ? PACE_CAMERA : PACE_SCENE;
+    /* What is full and fast enough to be the answer to a change is not stopped by the next change, or none would ever be shown. */
+    d->stoppable = what != WORK_MOVING && (what != WORK_FULL || slow || s->shown == s->revision);
     if (what == WORK_SLICES) {
-        s->slices_shown = s->slices_revision;
-        s->slices_moving = session_held(s);
-        f.quality = s->slices_moving ? "moving" : "full";
-        f.final = !s->slices_moving;
-    }
-    pthread_mutex_unlock(&s->lock);
-    if (what == WORK_SLICES) {
-        session_slices_draw(s, &d->slices, d->encoder, &asked, &f);
-        pthread_mutex_lock(&s->lock);
+        draw_slices(d, &f);
     } else if (what == WORK_JOB) {
-        meet(d);
-        session_job_step(s, d->renderer);
-        pthread_mutex_lock(&s->lock);
+        draw_job(d);
     } else {
+        pthread_mutex_unlock(&s->lock);
         work(d, what, &f, kind, slow);
     }
 }
@@ -474,9 +450,10 @@ void *session_draw(void *user)
         if (s->state_dirty && s->volume) {
             s->state_dirty = false;
             session_tell_state(s, 0);
+            pthread_cond_broadcast(&s->settled);
         }
         if (s->wish.there && session_device_change(s, &d.renderer, renderer_params(&d)))
-            d.drawn = NULL;
+            d.known = d.paced = 0;
         enum work what = next_work(&d, s, &wait_ms);
         if (what == WORK_NONE)
             wait_for_work(s, wait_ms);

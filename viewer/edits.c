@@ -13,17 +13,22 @@ bool session_copy_scene(const struct session *s, struct pel_scene *copy, struct 
     return pel_transfer_copy(&copy->transfer, &s->scene.transfer, error);
 }
 
-static bool check_technique(const struct session *s, const struct pel_scene *scene, struct pel_error *error)
+bool session_can_draw(const struct pel_technique_choice *technique, bool cpu, struct pel_error *error)
 {
-    const struct pel_technique_info *technique = pel_technique_find(scene->technique.name);
-    if (!scene->technique.name[0])
+    const struct pel_technique_info *info = pel_technique_find(technique->name);
+    if (!technique->name[0])
         return true;
-    if (!pel_renderer_take_technique(NULL, &scene->technique, error))
+    if (!pel_renderer_take_technique(NULL, technique, error))
         return false;
-    if (!s->device && !(technique->engines & PEL_ENGINE_CPU))
-        return session_fail(error, PEL_ERROR_UNSUPPORTED, "technique.name: %s draws on a GPU alone, and this session is on the CPU; start it with --device gpu",
-                            technique->name);
-    return true;
+    return !cpu || (info->engines & PEL_ENGINE_CPU) ||
+           session_fail(error, PEL_ERROR_UNSUPPORTED, "technique.name: %s draws on a GPU alone, not on the CPU; choose a GPU, or another technique",
+                        info->name);
+}
+
+void session_drop_impossible_technique(const struct session *s, struct pel_scene *scene)
+{
+    if (!session_can_draw(&scene->technique, !s->device, NULL))
+        scene->technique = (struct pel_technique_choice) { .name = "" };
 }
 
 bool session_take_scene(struct session *s, struct pel_scene *changed, struct pel_error *error)
@@ -33,7 +38,8 @@ bool session_take_scene(struct session *s, struct pel_scene *changed, struct pel
         .isosurfaces = changed->render.mode == PEL_MODE_ISOSURFACE && changed->isosurface_count == 0,
         .slice = n[0] == 0 && n[1] == 0 && n[2] == 0,
     };
-    bool fine = check_technique(s, changed, error) && pel_scene_choose(changed, &missing, s->size[0], s->size[1], error) && pel_scene_check(changed, error);
+    bool fine = session_can_draw(&changed->technique, !s->device, error) &&
+                pel_scene_choose(changed, &missing, s->size[0], s->size[1], error) && pel_scene_check(changed, error);
     if (!fine) {
         pel_transfer_finish(&changed->transfer);
         return false;
@@ -177,20 +183,53 @@ static bool go(struct call *call, int direction)
         pel_scene_finish(&scene);
         return session_open(s, path, array, text, direction, call->error); /* takes the text */
     }
+    if (fine)
+        session_drop_impossible_technique(s, &scene); /* another device may draw now */
     fine = fine && session_take_scene(s, &scene, call->error);
     if (fine) {
         session_changed(s, false);
         s->state_dirty = true;
         free(text);
     } else {
-        session_history_back(s, direction, text);
+        session_history_back(s, direction, text, call->error);
     }
     return fine;
 }
 
-void session_history_back(struct session *s, int direction, char *text)
+/* The file of a snapshot, owned; NULL where none is named. */
+static char *path_of(const char *text)
 {
-    free(direction < 0 ? history_redo(&s->history, text) : history_undo(&s->history, text));
+    json_t *json = json_loads(text, 0, NULL);
+    const char *path = json_string_value(json_object_get(json_object_get(json, "volume"), "path"));
+    char *copy = path ? strdup(path) : NULL;
+    json_decref(json);
+    return copy;
+}
+
+static bool is_of(const char *text, const void *path)
+{
+    char *own = path_of(text);
+    bool same = own && strcmp(own, path) == 0;
+    free(own);
+    return same;
+}
+
+void session_history_back(struct session *s, int direction, char *text, struct pel_error *error)
+{
+    if (error->code == PEL_ERROR_CANCELLED || error->code == PEL_ERROR_MEMORY) {
+        free(direction < 0 ? history_redo(&s->history, text) : history_undo(&s->history, text));
+        return;
+    }
+    char *path = path_of(text);
+    char why[sizeof error->message];
+    bool gone = path && strcmp(path, s->scene.source.path) != 0;
+    int count = 1 + history_drop(&s->history, direction, gone ? is_of : NULL, path);
+    snprintf(why, sizeof why, "%.400s; %d step%s of %s %s left out", error->message, count, count == 1 ? "" : "s", direction < 0 ? "undo" : "redo",
+             count == 1 ? "is" : "are");
+    memcpy(error->message, why, sizeof why);
+    s->state_dirty = true;
+    free(path);
+    free(text);
 }
 
 bool run_undo(struct call *call)

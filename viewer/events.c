@@ -4,6 +4,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "record.h"
 #include "session_inside.h"
 
 static void send_text(struct session *s, int client, char *text)
@@ -26,12 +27,19 @@ void session_tell(struct session *s, int client, json_t *event, const struct cal
     json_decref(event);
 }
 
+bool session_is_text(const char *text)
+{
+    json_t *string = json_string(text);
+    json_decref(string);
+    return string;
+}
+
 /* Text of a refused command may be cut within a character: what is no UTF-8 becomes a question mark. */
 static json_t *json_words(const char *text)
 {
-    char safe[sizeof((struct pel_error *)0)->message + 1];
+    char safe[sizeof((struct pel_error *)0)->message + 1] = "";
     json_t *string = json_string(text);
-    for (size_t i = 0; !string && (i == 0 || safe[i - 1]) && i < sizeof safe; i++)
+    for (size_t i = 0; !string && text[i] && i + 1 < sizeof safe; i++)
         safe[i] = (unsigned char)text[i] < 128 ? text[i] : '?';
     return string ? string : json_string(safe);
 }
@@ -39,14 +47,16 @@ static json_t *json_words(const char *text)
 void session_tell_error(struct session *s, int client, const char *message, const struct call *call)
 {
     json_t *event = json_pack("{s:s, s:o}", "event", "error", "message", json_words(message));
+    if (s->params.record)
+        record_error(s->params.record, session_now() - s->started_ms, client, call && call->name && session_is_text(call->name) ? call->name : "");
     if (call && call->name)
         json_object_set_new(event, "do", json_words(call->name));
     session_tell(s, client, event, call);
 }
 
-void session_tell_progress(struct session *s, const char *what, double done)
+void session_tell_progress(struct session *s, int client, const char *what, double done)
 {
-    session_tell(s, 0, json_pack("{s:s, s:s, s:f}", "event", "progress", "what", what, "done", done), NULL);
+    session_tell(s, client, json_pack("{s:s, s:s, s:f}", "event", "progress", "what", what, "done", done), NULL);
 }
 
 void session_offer(struct session *s, int client, int fd, const char *name, const char *type, const struct call *call)

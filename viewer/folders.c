@@ -9,7 +9,7 @@
 
 #include "session_inside.h"
 
-enum { MOST_ENTRIES = 4096 };
+enum { MOST_ENTRIES = 4096, MOST_NAMES = 1 << 16, MOST_LISTINGS = 8 };
 
 static bool is_below(const char *path, const char *root)
 {
@@ -19,21 +19,29 @@ static bool is_below(const char *path, const char *root)
     return strncmp(path, root, length) == 0 && (path[length] == 0 || path[length] == '/');
 }
 
+static bool is_allowed(const struct session *s, const char *real)
+{
+    bool fine = false;
+    for (int i = 0; !fine && s->paths && s->paths[i]; i++)
+        fine = is_below(real, s->paths[i]);
+    return fine;
+}
+
 bool session_path_allowed(const struct session *s, const char *path)
 {
     char *real = realpath(path, NULL);
-    bool fine = false;
-    for (int i = 0; real && !fine && s->paths && s->paths[i]; i++)
-        fine = is_below(real, s->paths[i]);
+    bool fine = real && is_allowed(s, real);
     free(real);
     return fine;
 }
 
 bool session_may_open(struct session *s, const char *path)
 {
+    char *real = realpath(path, NULL);
     pthread_mutex_lock(&s->lock);
-    bool fine = session_path_allowed(s, path);
+    bool fine = real && is_allowed(s, real);
     pthread_mutex_unlock(&s->lock);
+    free(real);
     return fine;
 }
 
@@ -57,6 +65,24 @@ bool session_allow(struct session *s, const char *path, struct pel_error *error)
         return true;
     free(real);
     return session_fail(error, PEL_ERROR_MEMORY, "no memory for a path");
+}
+
+bool session_forget(struct session *s, const char *path)
+{
+    char *real = realpath(path, NULL);
+    pthread_mutex_lock(&s->lock);
+    bool open = real && s->volume && strcmp(s->scene.source.path, real) == 0;
+    char **kept = s->paths;
+    for (char **at = s->paths; at && *at && !open; at++)
+        if (real && strcmp(*at, real) == 0)
+            free(*at);
+        else
+            *kept++ = *at;
+    if (kept && !open)
+        *kept = NULL;
+    pthread_mutex_unlock(&s->lock);
+    free(real);
+    return !open;
 }
 
 /* ---- list ---- */
@@ -106,48 +132,124 @@ static const char *last_part(const char *path)
     return slash && slash[1] ? slash + 1 : path;
 }
 
+static int compare(const void *a, const void *b)
+{
+    return strverscmp(*(char *const *)a, *(char *const *)b);
+}
+
+/* The names in a folder, in order; what is hidden is left out, and what is beyond MOST_NAMES. Owned; negative: it cannot be read. */
+static int read_names(const char *path, char ***names)
+{
+    const struct dirent *entry;
+    DIR *folder = opendir(path);
+    int count = 0;
+    *names = folder ? malloc(MOST_NAMES * sizeof **names) : NULL;
+    while (*names && count < MOST_NAMES && (entry = readdir(folder)))
+        if (entry->d_name[0] != '.' && ((*names)[count] = strdup(entry->d_name)))
+            count++;
+    if (folder)
+        closedir(folder);
+    if (!*names)
+        return -1;
+    qsort(*names, (size_t)count, sizeof **names, compare);
+    return count;
+}
+
 static bool list_folder(const char *path, json_t *list, struct pel_error *error)
 {
-    struct dirent **names;
-    int count = scandir(path, &names, NULL, versionsort);
+    char **names;
+    int count = read_names(path, &names);
     if (count < 0)
         return session_fail(error, PEL_ERROR_IO, "path: %.300s: %s", path, strerror(errno));
     for (int i = 0; i < count; i++) {
         char whole[PEL_OPTION_TEXT_SIZE];
-        if (names[i]->d_name[0] != '.' && json_array_size(list) < MOST_ENTRIES &&
-            snprintf(whole, sizeof whole, "%s/%s", strcmp(path, "/") ? path : "", names[i]->d_name) < (int)sizeof whole)
-            add(list, entry_json(whole, names[i]->d_name, false));
+        if (json_array_size(list) < MOST_ENTRIES && snprintf(whole, sizeof whole, "%s/%s", strcmp(path, "/") ? path : "", names[i]) < (int)sizeof whole)
+            add(list, entry_json(whole, names[i], false));
         free(names[i]);
     }
     free(names);
     return true;
 }
 
+/* A folder that is being listed. Its disk may be slow, or asleep, or behind a network: nobody waits for it but who asked. */
+struct listing {
+    struct session *session;
+    int client;
+    bool has_id;
+    int64_t id;
+    char path[PEL_OPTION_TEXT_SIZE];
+};
+
+/* The event; NULL on failure. */
+static json_t *list_json(const struct listing *listing, struct pel_error *error)
+{
+    json_t *list = json_array(), *event = NULL;
+    char *real = session_may_open(listing->session, listing->path) ? realpath(listing->path, NULL) : NULL;
+    if (!real) {
+        session_fail(error, PEL_ERROR_ARGUMENT, "path: it is not below the folders that may be opened");
+    } else if (list_folder(real, list, error)) {
+        char parent[PEL_OPTION_TEXT_SIZE];
+        snprintf(parent, sizeof parent, "%s", real);
+        char *slash = strrchr(parent, '/');
+        slash[slash == parent] = 0;
+        bool up = strcmp(real, "/") != 0 && session_may_open(listing->session, parent);
+        event = json_pack("{s:s, s:s, s:s?, s:O}", "event", "files", "path", real, "parent", up ? parent : NULL, "entries", list);
+        if (!event)
+            session_fail(error, PEL_ERROR_ARGUMENT, "path: " SESSION_NO_TEXT);
+    }
+    json_decref(list);
+    free(real);
+    return event;
+}
+
+static void *list_away(void *user)
+{
+    struct listing *listing = user;
+    struct session *s = listing->session;
+    const struct call call = { .name = "list", .has_id = listing->has_id, .id = listing->id };
+    struct pel_error error = PEL_ERROR_INIT;
+    json_t *event = list_json(listing, &error);
+    pthread_mutex_lock(&s->lock);
+    if (event)
+        session_tell(s, listing->client, event, &call);
+    else
+        session_tell_error(s, listing->client, error.message, &call);
+    s->listings--;
+    session_thread_ends(s);
+    pthread_mutex_unlock(&s->lock);
+    free(listing);
+    return NULL;
+}
+
 bool run_list(struct call *call)
 {
     struct session *s = call->session;
-    json_t *list = json_array();
     if (!call_has(call, "path")) {
+        json_t *list = json_array();
         for (int i = 0; s->paths && s->paths[i]; i++)
             add(list, entry_json(s->paths[i], last_part(s->paths[i]), true));
         session_tell(s, call->client->number, json_pack("{s:s, s:n, s:n, s:o}", "event", "files", "path", "parent", "entries", list), call);
         return true;
     }
     const char *path = call_text(call, "path", PEL_OPTION_TEXT_SIZE);
-    char *real = path && session_path_allowed(s, path) ? realpath(path, NULL) : NULL;
-    bool fine = real ? list_folder(real, list, call->error) : path ? session_fail(call->error, PEL_ERROR_ARGUMENT, "path: it is not below the folders that may be opened") : false;
-    if (fine) {
-        char parent[PEL_OPTION_TEXT_SIZE];
-        snprintf(parent, sizeof parent, "%s", real);
-        char *slash = strrchr(parent, '/');
-        slash[slash == parent] = 0;
-        bool up = strcmp(real, "/") != 0 && session_path_allowed(s, parent);
-        session_tell(s, call->client->number,
-                     json_pack("{s:s, s:s, s:s?, s:O}", "event", "files", "path", real, "parent", up ? parent : NULL, "entries", list), call);
+    if (!path)
+        return false;
+    if (s->listings >= MOST_LISTINGS)
+        return session_fail(call->error, PEL_ERROR_ARGUMENT, "%d folders are being listed; wait for them", s->listings);
+    struct listing *listing = calloc(1, sizeof *listing);
+    if (!listing)
+        return session_fail(call->error, PEL_ERROR_MEMORY, "no memory to list a folder");
+    listing->session = s;
+    listing->client = call->client->number;
+    listing->has_id = call->has_id;
+    listing->id = call->id;
+    strcpy(listing->path, path);
+    if (!session_thread(s, list_away, listing, call->error)) {
+        free(listing);
+        return false;
     }
-    json_decref(list);
-    free(real);
-    return fine;
+    s->listings++;
+    return true;
 }
 
 bool run_open(struct call *call)

@@ -47,9 +47,11 @@ static bool is_numeric(const char *host)
 /* Names of this server. Where it listens on all addresses any number is one, for a number cannot be rebound; and so is the machine's name. */
 static bool host_known(const struct server *server, const char *authority)
 {
-    char host[192], port[16], name[128];
+    char host[192], port[16], name[128], given[256];
     const char *colon = strrchr(authority, ':');
     snprintf(port, sizeof port, ":%d", server->port);
+    if (server->port == 80 && (!colon || colon[strspn(colon, ":0123456789")])) /* the usual port is not written; "[::1]" has colons, too */
+        return strlen(authority) < sizeof given - 4 && host_known(server, strcat(strcpy(given, authority), port));
     if (!colon || strcmp(colon, port) != 0 || (size_t)(colon - authority) >= sizeof host)
         return false;
     memcpy(host, authority, (size_t)(colon - authority));

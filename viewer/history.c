@@ -73,3 +73,13 @@ char *history_redo(struct history *history, char *now)
 {
     return step(history, &history->redo, &history->undo, now);
 }
+
+int history_drop(struct history *history, int direction, bool (*same)(const char *text, const void *user), const void *user)
+{
+    struct history_list *beyond = direction < 0 ? &history->undo : &history->redo;
+    int count = 0;
+    free(pop(direction < 0 ? &history->redo : &history->undo));
+    for (; same && beyond->count && same(beyond->texts[beyond->count - 1], user); count++)
+        free(pop(beyond));
+    return count;
+}

@@ -1,7 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 /* Pictures and movies to be saved: drawn frame by frame by the thread that draws, when it has nothing more urgent, of the scene as it was when
- * they were asked for. A command stops the frame under way, which is drawn again later.
+ * they were asked for. A command stops the frame under way, which is drawn again later. A thread of its own packs each frame that is drawn.
  * A movie is an animated WebP: one file that every browser plays, and the page is one (docs/decisions/0010-the-viewer.md). */
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 #include <unistd.h>
@@ -12,19 +13,24 @@
 #include "session_inside.h"
 
 enum { MOST_JOBS = 16, MOST_MOVIE_PIXELS = 1 << 23, MOVIE_MS = 40, MOVIE_QUALITY = 90 };
-/* Pictures up to so many pixels are packed as small as can be; larger ones would hold up what is drawn next. */
+/* A movie is kept in memory until it is whole: less than a gigabyte. */
+#define MOST_MOVIE_PIXELS_IN_ALL 0x1p32
+/* Pictures up to so many pixels are packed as small as can be; larger ones would be waited for too long. */
 #define SMALL_PIXELS (1 << 22)
+/* Between two reports of how far a job is. */
+#define TOLD_MS 100.0
 
 struct session_job {
     struct session_job *next;
+    struct session *session;
     int client;
     bool has_id;
     int64_t id;
     const char *what; /* "picture", "movie" */
-    bool cancelled;   /* under the lock */
+    bool cancelled, packing; /* under the lock; packing: a thread has it, and nobody else touches it */
     bool background;
     int size[2], frames, done, draws;
-    double degrees;
+    double degrees, told_ms; /* when its progress was told last */
     struct pel_scene scene; /* its transfer function is a copy of its own */
     struct session_volume *volume;
     struct pel_image image;
@@ -59,6 +65,7 @@ static bool add(struct call *call, struct session_job *job)
     int count = 0;
     for (; *last; last = &(*last)->next)
         count++;
+    job->session = s;
     job->client = call->client->number;
     job->has_id = call->has_id;
     job->id = call->id;
@@ -73,7 +80,7 @@ static bool add(struct call *call, struct session_job *job)
         return false;
     }
     *last = job;
-    session_tell_progress(s, job->what, 0);
+    session_tell_progress(s, job->client, job->what, 0);
     return true;
 }
 
@@ -120,7 +127,12 @@ bool run_movie(struct call *call)
     if (!call_size(call, "size", SESSION_MOST_SIDE, MOST_MOVIE_PIXELS, size) || !call_number(call, "frames", 2, 3600, &frames) ||
         (call_has(call, "degrees") && !call_number(call, "degrees", -36000, 36000, &degrees)))
         return false;
-    struct session_job *job = job_new(call, "movie");
+    if (frames != floor(frames))
+        return session_fail(call->error, PEL_ERROR_ARGUMENT, "frames: %g is no whole number", frames);
+    if (frames * size[0] * size[1] > MOST_MOVIE_PIXELS_IN_ALL)
+        return session_fail(call->error, PEL_ERROR_ARGUMENT, "size: %g frames of %dx%d are more than %g pixels; ask for fewer or smaller ones", frames,
+                            size[0], size[1], MOST_MOVIE_PIXELS_IN_ALL);
+    struct session_job *job = check_memory(size, call->error) ? job_new(call, "movie") : NULL;
     if (!job)
         return false;
     memcpy(job->size, size, sizeof size);
@@ -132,11 +144,16 @@ bool run_movie(struct call *call)
 bool run_cancel(struct call *call)
 {
     struct session *s = call->session;
-    for (struct session_job *job = s->jobs; job; job = job->next)
-        job->cancelled = true;
-    session_open_cancel(s);
-    session_interrupt(s);
+    session_jobs_cancel(s, call->client->number);
+    session_open_cancel(s); /* anybody's: all wait for it */
     return true;
+}
+
+void session_jobs_cancel(struct session *s, int client)
+{
+    for (struct session_job *job = s->jobs; job; job = job->next)
+        job->cancelled |= job->client == client;
+    session_interrupt(s);
 }
 
 /* ---- a step ---- */
@@ -197,23 +214,32 @@ static int finish_file(struct session_job *job, struct pel_error *error)
     return fd;
 }
 
+/* With the lock held. */
 static void finish_job(struct session *s, struct session_job *job, int fd, const char *failure)
 {
     const struct call call = { .name = job->what, .has_id = job->has_id, .id = job->id };
     bool movie = strcmp(job->what, "movie") == 0;
-    pthread_mutex_lock(&s->lock);
     for (struct session_job **at = &s->jobs; *at; at = &(*at)->next)
         if (*at == job) {
             *at = job->next;
             break;
         }
-    session_tell_progress(s, job->what, 1);
+    session_tell_progress(s, job->client, job->what, 1);
     if (fd >= 0)
         session_offer(s, job->client, fd, movie ? "turn.webp" : "picture.png", movie ? "image/webp" : "image/png", &call);
     else
         session_tell_error(s, job->client, failure, &call);
     job_free(s, job);
-    pthread_mutex_unlock(&s->lock);
+}
+
+void session_job_fail(struct session *s, const char *failure)
+{
+    finish_job(s, s->jobs, -1, failure);
+}
+
+uint64_t session_job_volume(const struct session *s)
+{
+    return s->jobs->volume->number;
 }
 
 static void aim(struct session_job *job, struct pel_scene *scene)
@@ -239,40 +265,60 @@ static bool draw(struct session_job *job, struct pel_renderer *renderer, bool *w
     return true;
 }
 
+static void tell_how_far(struct session *s, struct session_job *job)
+{
+    int draws = job->frames > 1 ? job->frames : 1 + job->scene.render.refine;
+    double now = session_now();
+    if (now - job->told_ms < TOLD_MS)
+        return;
+    job->told_ms = now;
+    session_tell_progress(s, job->client, job->what, 0.999 * job->draws / (draws > job->draws ? draws : job->draws));
+}
+
+/* Packs what was drawn: the thread, so that the next picture of the scene does not wait for it. */
+static void *pack(void *user)
+{
+    struct session_job *job = user;
+    struct session *s = job->session;
+    struct pel_error error = PEL_ERROR_INIT;
+    int fd = -1;
+    bool fine = job->frames == 1 || add_movie_frame(job, &error);
+    job->done += fine;
+    bool ends = !fine || job->done == job->frames;
+    if (fine && ends)
+        fd = finish_file(job, &error);
+    pthread_mutex_lock(&s->lock);
+    job->packing = false;
+    if (ends)
+        finish_job(s, job, fd, error.message);
+    else
+        tell_how_far(s, job);
+    session_thread_ends(s);
+    pthread_mutex_unlock(&s->lock);
+    return NULL;
+}
+
+bool session_job_due(const struct session *s)
+{
+    return s->jobs && !s->jobs->packing;
+}
+
 void session_job_step(struct session *s, struct pel_renderer *renderer)
 {
     struct pel_error error = PEL_ERROR_INIT;
     bool whole = false;
     pthread_mutex_lock(&s->lock);
     struct session_job *job = s->jobs;
-    bool cancelled = job->cancelled, foreign = job->volume != s->volume;
+    bool fine = !job->cancelled || session_fail(&error, PEL_ERROR_IO, "cancelled");
     pthread_mutex_unlock(&s->lock);
-    if (cancelled) {
-        finish_job(s, job, -1, "cancelled");
-        return;
-    }
-    if (foreign) /* another file was opened meanwhile */
-        pel_renderer_invalidate(renderer);
-    bool fine = draw(job, renderer, &whole, &error);
-    if (foreign)
-        pel_renderer_invalidate(renderer);
-    if (!fine && error.code == PEL_ERROR_CANCELLED)
-        return; /* what came instead is more urgent */
-    if (fine && whole && job->frames > 1)
-        fine = add_movie_frame(job, &error);
-    if (!fine) {
-        finish_job(s, job, -1, error.message);
-        return;
-    }
-    job->done += whole;
-    job->draws++;
-    if (job->done == job->frames) {
-        int fd = finish_file(job, &error);
-        finish_job(s, job, fd, error.message);
-        return;
-    }
-    int draws = job->frames > 1 ? job->frames : 1 + job->scene.render.refine;
+    fine = fine && draw(job, renderer, &whole, &error);
+    job->draws += fine;
     pthread_mutex_lock(&s->lock);
-    session_tell_progress(s, job->what, 0.999 * job->draws / (draws > job->draws ? draws : job->draws));
+    if (fine && whole)
+        fine = job->packing = session_thread(s, pack, job, &error);
+    else if (fine)
+        tell_how_far(s, job);
+    if (!fine && error.code != PEL_ERROR_CANCELLED) /* else what came instead is more urgent */
+        finish_job(s, job, -1, error.message);
     pthread_mutex_unlock(&s->lock);
 }

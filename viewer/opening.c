@@ -42,7 +42,7 @@ static bool report(void *user, double fraction)
     if (now - o->told_ms > 100) {
         o->told_ms = now;
         pthread_mutex_lock(&o->session->lock);
-        session_tell_progress(o->session, "open", fraction);
+        session_tell_progress(o->session, 0, "open", fraction);
         pthread_mutex_unlock(&o->session->lock);
     }
     return !atomic_load(&o->cancel);
@@ -137,26 +137,19 @@ bool session_open_snapshot(const char *text, struct session_opened *opened, cons
 
 /* ---- taking over ---- */
 
-/* A scene file or snapshot may name a technique that cannot draw here: then the usual one does. */
-static void drop_impossible_technique(const struct session *s, struct pel_scene *scene)
-{
-    const struct pel_technique_info *technique = pel_technique_find(scene->technique.name);
-    if (!pel_renderer_take_technique(NULL, &scene->technique, NULL) || (!s->device && technique && !(technique->engines & PEL_ENGINE_CPU)))
-        scene->technique = (struct pel_technique_choice) { .name = "" };
-}
-
 static void adopt(struct session_opening *o, struct session_opened *opened, struct session_volume *volume, char *before)
 {
     struct session *s = o->session;
     struct pel_scene *scene = &opened->scene;
     char *real = realpath(scene->source.path, NULL);
-    if (real && strlen(real) < sizeof scene->source.path)
+    if (real && strlen(real) < sizeof scene->source.path && session_is_text(real))
         strcpy(scene->source.path, real); /* the scene may be saved and opened elsewhere */
     free(real);
     if (opened->device)
         s->device = opened->device;
-    drop_impossible_technique(s, scene);
+    session_drop_impossible_technique(s, scene);
     volume->users = 1;
+    volume->number = ++s->volumes;
     volume->volume = opened->volume;
     volume->info = opened->info;
     scene->volume = &volume->volume;
@@ -171,7 +164,9 @@ static void adopt(struct session_opening *o, struct session_opened *opened, stru
     if (s->start_fitted)
         session_fit_camera(s, &s->scene.camera);
     s->start = s->scene.camera;
-    s->slices.on = false;
+    for (int i = 0; i < SESSION_MOST_CLIENTS; i++)
+        s->clients[i].slices = false;
+    session_slices_leave(s);
     session_changed(s, false);
     session_tell_volume(s, 0);
     s->state_dirty = true;
@@ -212,16 +207,16 @@ static void count_histogram(struct session *s, struct session_volume *volume)
     pthread_mutex_unlock(&s->lock);
 }
 
-static void failed(struct session_opening *o, const struct pel_error *error)
+static void failed(struct session_opening *o, struct pel_error *error)
 {
     struct session *s = o->session;
     const struct call call = { .name = "open" };
-    session_tell_progress(s, "open", 1);
-    session_tell_error(s, 0, error->message, &call);
+    session_tell_progress(s, 0, "open", 1);
     if (o->direction) {
-        session_history_back(s, o->direction, o->scene);
+        session_history_back(s, o->direction, o->scene, error);
         o->scene = NULL;
     }
+    session_tell_error(s, 0, error->message, &call);
     s->failed |= !o->path;
 }
 
@@ -235,13 +230,20 @@ static void *run(void *user)
     struct session_volume *volume = calloc(1, sizeof *volume);
     bool fine = volume ? o->path || o->scene ? open_path(o, &opened, &progress, &error) : s->params.open(s->params.open_user, &opened, &progress, &error)
                        : session_fail(&error, PEL_ERROR_MEMORY, "no memory for a volume");
+    if (fine && !session_is_text(opened.scene.source.path)) { /* no scene, no step of undo could tell of it */
+        session_fail(&error, PEL_ERROR_ARGUMENT, "%.300s: " SESSION_NO_TEXT, opened.scene.source.path);
+        pel_scene_finish(&opened.scene);
+        pel_volume_finish(&opened.volume);
+        pel_device_destroy(opened.device);
+        fine = false;
+    }
     pthread_mutex_lock(&s->lock);
     if (fine) {
         char *before = s->volume && !o->direction ? pel_scene_to_text(&s->scene, NULL, NULL) : NULL;
         adopt(o, &opened, volume, before);
         if (s->params.record && !o->path)
             record_scene(s->params.record, &s->scene, s->start_fitted);
-        session_tell_progress(s, "open", 1);
+        session_tell_progress(s, 0, "open", 1);
         volume->users++; /* until its histogram is counted */
     } else {
         free(volume);
@@ -256,41 +258,35 @@ static void *run(void *user)
         count_histogram(s, volume);
     session_devices_list(s);
     pthread_mutex_lock(&s->lock);
-    s->readers--;
-    pthread_cond_broadcast(&s->settled);
+    session_thread_ends(s);
     pthread_mutex_unlock(&s->lock);
     return NULL;
 }
 
 bool session_open(struct session *s, const char *path, const char *array, char *scene, int direction, struct pel_error *error)
 {
-    pthread_attr_t detached;
-    pthread_t thread;
     struct session_opening *o = calloc(1, sizeof *o);
     bool fine = o && (!path || (o->path = strdup(path))) && (!array || !array[0] || (o->array = strdup(array)));
     if (!fine || s->opening) {
         if (o)
             opening_free(o);
+        if (s->opening)
+            session_fail(error, PEL_ERROR_CANCELLED, "a file is being read already; wait for it, or cancel it");
+        else
+            session_fail(error, PEL_ERROR_MEMORY, "no memory to open a file");
         if (direction)
-            session_history_back(s, direction, scene);
-        return s->opening ? session_fail(error, PEL_ERROR_ARGUMENT, "a file is being read already; wait for it, or cancel it")
-                          : session_fail(error, PEL_ERROR_MEMORY, "no memory to open a file");
+            session_history_back(s, direction, scene, error);
+        return false;
     }
     o->session = s;
     o->scene = scene;
     o->direction = direction;
-    pthread_attr_init(&detached);
-    pthread_attr_setdetachstate(&detached, PTHREAD_CREATE_DETACHED);
-    fine = pthread_create(&thread, &detached, run, o) == 0;
-    pthread_attr_destroy(&detached);
-    if (fine) {
+    if (session_thread(s, run, o, error)) {
         s->opening = o; /* the thread waits for the lock before it takes this back */
-        s->readers++;
         return true;
     }
-    session_fail(error, PEL_ERROR_MEMORY, "no thread can be started");
     if (direction) {
-        session_history_back(s, direction, o->scene);
+        session_history_back(s, direction, o->scene, error);
         o->scene = NULL;
     }
     opening_free(o);
@@ -301,4 +297,9 @@ void session_open_cancel(struct session *s)
 {
     if (s->opening)
         atomic_store(&s->opening->cancel, true);
+}
+
+bool session_open_steps(const struct session *s)
+{
+    return s->opening && s->opening->direction != 0;
 }

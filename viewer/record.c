@@ -26,6 +26,23 @@ void record_command(FILE *file, double at_ms, int client, const json_t *command)
     fflush(file);
 }
 
+void record_leave(FILE *file, double at_ms, int client)
+{
+    fprintf(file, "{\"at_ms\": %.3f, \"client\": %d, \"leave\": true}\n", at_ms, client);
+    fflush(file);
+}
+
+void record_error(FILE *file, double at_ms, int client, const char *command)
+{
+    json_t *line = json_pack("{s:f, s:i, s:s}", "at_ms", at_ms, "client", client, "error", command);
+    if (line) {
+        json_dumpf(line, file, JSON_COMPACT | JSON_REAL_PRECISION(17));
+        fputc('\n', file);
+        fflush(file);
+    }
+    json_decref(line);
+}
+
 void record_scene(FILE *file, const struct pel_scene *scene, bool fitted)
 {
     char *text = pel_scene_to_text(scene, NULL, NULL);
@@ -39,29 +56,71 @@ void record_scene(FILE *file, const struct pel_scene *scene, bool fitted)
     free(text);
 }
 
-static bool add_command(struct recording *r, const json_t *line, struct pel_error *error)
+/* Room for one more in a list whose length doubles. */
+static void *grow(void *list, size_t count, size_t size, struct pel_error *error)
+{
+    void *larger = count & (count - 1) ? list : realloc(list, (count ? 2 * count : 1) * size);
+    if (!larger)
+        session_fail(error, PEL_ERROR_MEMORY, "no memory for the recording");
+    return larger;
+}
+
+static bool add_files(struct recording *r, const json_t *list, struct pel_error *error)
+{
+    const json_t *path;
+    size_t i, count = json_array_size(list);
+    r->files = calloc(count + 1, sizeof *r->files);
+    if (!r->files)
+        return session_fail(error, PEL_ERROR_MEMORY, "no memory for the recording");
+    json_array_foreach(list, i, path) {
+        if (!json_is_string(path))
+            return session_fail(error, PEL_ERROR_FORMAT, "files: entry %zu is no text", i + 1);
+        if (!(r->files[i] = strdup(json_string_value(path))))
+            return session_fail(error, PEL_ERROR_MEMORY, "no memory for the recording");
+    }
+    return true;
+}
+
+static bool add_error(struct recording *r, int client, const char *command, struct pel_error *error)
+{
+    struct recorded_error *larger = grow(r->errors, r->error_count, sizeof *larger, error);
+    if (!larger)
+        return false;
+    r->errors = larger;
+    larger += r->error_count++;
+    larger->client = client;
+    snprintf(larger->command, sizeof larger->command, "%s", command);
+    return true;
+}
+
+/* A command, or that a client left, or an error that was told. */
+static bool add_entry(struct recording *r, const json_t *line, struct pel_error *error)
 {
     json_t *command = json_object_get(line, "command"), *at = json_object_get(line, "at_ms"), *who = json_object_get(line, "client");
-    if (!json_is_object(command) || !json_is_number(at) || !json_is_integer(who) || json_integer_value(who) < 1 || json_integer_value(who) > 1 << 30)
-        return session_fail(error, PEL_ERROR_FORMAT, "it is no command: it needs at_ms, client and command");
-    if ((r->count & (r->count - 1)) == 0) {
-        struct recorded *larger = realloc(r->commands, (r->count ? 2 * r->count : 1) * sizeof *larger);
-        if (!larger)
-            return session_fail(error, PEL_ERROR_MEMORY, "no memory for the recording");
-        r->commands = larger;
-    }
-    r->commands[r->count++] = (struct recorded) { json_number_value(at), (int)json_integer_value(who), json_incref(command) };
+    const char *failed = json_string_value(json_object_get(line, "error"));
+    bool leaves = json_is_true(json_object_get(line, "leave"));
+    if ((!json_is_object(command) && !leaves && !failed) || !json_is_number(at) || !json_is_integer(who) ||
+        json_integer_value(who) < (failed ? 0 : 1) || json_integer_value(who) > 1 << 30)
+        return session_fail(error, PEL_ERROR_FORMAT, "it is no command: it needs at_ms, client and command (or leave, or error)");
+    if (failed)
+        return add_error(r, (int)json_integer_value(who), failed, error);
+    struct recorded *larger = grow(r->commands, r->count, sizeof *larger, error);
+    if (!larger)
+        return false;
+    r->commands = larger;
+    r->commands[r->count++] = (struct recorded) { json_number_value(at), (int)json_integer_value(who), leaves ? NULL : json_incref(command) };
     return true;
 }
 
 static bool add_line(struct recording *r, const json_t *line, bool first, struct pel_error *error)
 {
     const json_t *scene = json_object_get(line, "scene");
+    if (first && json_integer_value(json_object_get(line, "pellucid-recording")) != 1)
+        return session_fail(error, PEL_ERROR_FORMAT, "it is no recording of version 1 of `pellucid view --record`");
     if (first)
-        return json_integer_value(json_object_get(line, "pellucid-recording")) == 1 ||
-               session_fail(error, PEL_ERROR_FORMAT, "it is no recording of version 1 of `pellucid view --record`");
+        return add_files(r, json_object_get(line, "files"), error);
     if (!scene)
-        return add_command(r, line, error);
+        return add_entry(r, line, error);
     if (r->scene)
         return session_fail(error, PEL_ERROR_FORMAT, "a second scene to begin with");
     r->scene = json_dumps(scene, JSON_COMPACT | JSON_REAL_PRECISION(17));
@@ -104,5 +163,9 @@ void recording_finish(struct recording *recording)
     for (size_t i = 0; i < recording->count; i++)
         json_decref(recording->commands[i].command);
     free(recording->commands);
+    free(recording->errors);
+    for (size_t i = 0; recording->files && recording->files[i]; i++)
+        free(recording->files[i]);
+    free(recording->files);
     *recording = (struct recording) { .scene = NULL };
 }

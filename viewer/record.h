@@ -14,6 +14,11 @@ bool record_begin(FILE *file, char *const *files, struct pel_error *error);
 /* A command, before it is run, so that one that ends the program is in the file. */
 void record_command(FILE *file, double at_ms, int client, const json_t *command);
 
+/* A client is gone. */
+void record_leave(FILE *file, double at_ms, int client);
+/* An error that a client (0: all) was told of. */
+void record_error(FILE *file, double at_ms, int client, const char *command);
+
 /* The scene that the first file gave, with all that flags said of it; `fitted`: its camera is to be fitted to the first client's picture. */
 void record_scene(FILE *file, const struct pel_scene *scene, bool fitted);
 
@@ -21,12 +26,18 @@ void record_scene(FILE *file, const struct pel_scene *scene, bool fitted);
 struct recording {
     char *scene; /* owned; text of the scene to begin with, or NULL where the session began without a file */
     bool fitted;
+    char **files; /* owned; what could be opened. NULL at the end */
     size_t count;
     struct recorded {
         double at_ms;
         int client;
-        json_t *command; /* owned */
+        json_t *command; /* owned; NULL: the client leaves */
     } *commands; /* owned */
+    size_t error_count;
+    struct recorded_error {
+        int client;
+        char command[32];
+    } *errors; /* owned */
 };
 bool recording_read(const char *path, struct recording *recording, struct pel_error *error);
 void recording_finish(struct recording *recording); /* accepts a zeroed one */

@@ -148,11 +148,12 @@ const char *server_address(const struct server *server)
     return server->address;
 }
 
-/* Does nothing but end a wait, so that `stop` is asked. */
+/* Ends a wait, so that `stop` is asked, too. */
 static void tick(lws_sorted_usec_list_t *list)
 {
     struct server *server = lws_container_of(list, struct server, tick);
     lws_sul_schedule(server->context, 0, &server->tick, tick, TICK_US);
+    session_expire(server->session);
 }
 
 void server_run(struct server *server, struct session *session, bool (*stop)(void *user), void *user)

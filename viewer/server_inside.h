@@ -14,6 +14,8 @@ enum {
     VIEWS = 4,         /* main and three slices */
     MOST_EVENTS = 512,
     MOST_EVENT_BYTES = 16 << 20,
+    UPLOADS_KEPT = 8,
+    MOST_UPLOADING = 4,
 };
 
 /* A frame that several clients may wait for. Under the server's lock. */
@@ -46,12 +48,12 @@ struct socket {
     struct waiting_event *events, **last_event;
     int event_count;
     size_t event_bytes;
-    bool greeted; /* frames came for it */
+    bool greeted; /* it said hello: it takes frames */
     bool lost;    /* it does not read: to be closed */
 
     char *message; /* what came of a message so far */
     size_t length, room;
-    double credit, credit_ms; /* messages that it may send */
+    double credit, credit_bytes, credit_ms; /* messages and bytes that it may send */
 };
 
 /* An answer under way, or an upload. */
@@ -80,7 +82,10 @@ struct server {
     uint64_t orders[VIEWS];
 
     char *folder; /* of uploads, made with the first; NULL before */
-    unsigned uploads;
+    unsigned uploads; /* begun so far */
+    int uploading;    /* under way now */
+    char *kept[UPLOADS_KEPT]; /* paths of finished ones, the oldest first; owned */
+    int kept_count;
 };
 
 /* ---- guard.c ---- */
@@ -109,7 +114,7 @@ int http_refuse(struct lws *wsi, unsigned status);
 int upload_begin(struct server *server, struct lws *wsi, struct exchange *exchange);
 int upload_body(struct server *server, struct lws *wsi, struct exchange *exchange, const char *bytes, size_t size);
 int upload_end(struct server *server, struct lws *wsi, struct exchange *exchange);
-void upload_drop(struct exchange *exchange);
+void upload_drop(struct exchange *exchange); /* accepts one without an upload */
 /* Removes the files that were uploaded. */
 void uploads_finish(struct server *server);
 

@@ -39,13 +39,19 @@ static bool allow_all(struct session *s, const char *const *paths, struct pel_er
     return true;
 }
 
-static bool start_threads(struct session *s, struct pel_error *error)
+static void init_locks(struct session *s)
 {
     pthread_condattr_t monotonic;
     pthread_condattr_init(&monotonic);
     pthread_condattr_setclock(&monotonic, CLOCK_MONOTONIC);
+    pthread_mutex_init(&s->lock, NULL);
     pthread_cond_init(&s->wake, &monotonic);
+    pthread_cond_init(&s->settled, NULL);
     pthread_condattr_destroy(&monotonic);
+}
+
+static bool start_threads(struct session *s, struct pel_error *error)
+{
     pthread_mutex_lock(&s->lock);
     bool opening = !s->params.open || session_open(s, NULL, NULL, NULL, 0, error);
     pthread_mutex_unlock(&s->lock);
@@ -74,6 +80,25 @@ static void end(struct session *s)
     free(s);
 }
 
+bool session_thread(struct session *s, void *(*run)(void *user), void *user, struct pel_error *error)
+{
+    pthread_attr_t detached;
+    pthread_t thread;
+    pthread_attr_init(&detached);
+    pthread_attr_setdetachstate(&detached, PTHREAD_CREATE_DETACHED);
+    bool fine = pthread_create(&thread, &detached, run, user) == 0;
+    pthread_attr_destroy(&detached);
+    s->readers += fine; /* the caller holds the lock, so the thread cannot have ended */
+    return fine || session_fail(error, PEL_ERROR_MEMORY, "no thread can be started");
+}
+
+void session_thread_ends(struct session *s)
+{
+    s->readers--;
+    pthread_cond_signal(&s->wake);
+    pthread_cond_broadcast(&s->settled);
+}
+
 static void wait_for_readers(struct session *s)
 {
     pthread_mutex_lock(&s->lock);
@@ -94,8 +119,7 @@ struct session *session_create(const struct session_params *params, struct pel_e
     s->size[0] = s->size[1] = 768; /* a guess, so that what a picture needs is prepared before the first client comes */
     s->started_ms = session_now();
     s->revision = 1;
-    pthread_mutex_init(&s->lock, NULL);
-    pthread_cond_init(&s->settled, NULL);
+    init_locks(s);
     if (pel_scene_init(&s->scene, error) && allow_all(s, params->paths, error) && (!s->params.record || record_begin(s->params.record, s->paths, error)) &&
         start_threads(s, error))
         return s;
@@ -139,13 +163,24 @@ void session_leave(struct session *s, int number)
     struct session_client *client = client_of(s, number, false);
     if (client) {
         bool held = client->held;
+        if (s->params.record)
+            record_leave(s->params.record, session_now() - s->started_ms, number);
         *client = (struct session_client) { .number = 0 };
+        session_jobs_cancel(s, number);
+        session_slices_leave(s);
         if (held) {
             s->release = !session_held(s);
             s->state_dirty = true;
         }
     }
     pthread_cond_signal(&s->wake);
+    pthread_mutex_unlock(&s->lock);
+}
+
+void session_expire(struct session *s)
+{
+    pthread_mutex_lock(&s->lock);
+    downloads_expire(&s->downloads, session_now());
     pthread_mutex_unlock(&s->lock);
 }
 
@@ -158,7 +193,7 @@ void session_wake(struct session *s)
 
 static bool is_settled(const struct session *s, bool rest)
 {
-    if (s->opening || s->wish.there || (s->volume && s->shown != s->revision))
+    if (s->opening || s->listings || s->wish.there || (s->volume && (s->shown != s->revision || s->state_dirty)))
         return false;
     return !rest || !s->volume || !s->greeted || session_held(s) ||
            (s->refined == s->revision && !s->jobs && !session_slices_due(s) && s->readers == 0);

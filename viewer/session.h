@@ -45,7 +45,7 @@ struct session_frame {
     } clients[SESSION_MOST_CLIENTS];
 };
 
-/* Callbacks come from any thread, with the session locked: they must not call it, nor wait. */
+/* Callbacks come from any thread, `event` and `wanted` with the session locked: none may call it, nor wait. */
 struct session_params {
     void *user;
     void (*frame)(void *user, const struct session_frame *frame);
@@ -77,6 +77,9 @@ bool session_command_text(struct session *session, int client, const char *text,
 /* A client is gone: its hold is released. */
 void session_leave(struct session *session, int client);
 
+/* What was offered and kept long enough is closed. To be called from time to time. */
+void session_expire(struct session *session);
+
 /* `wanted` may have changed. */
 void session_wake(struct session *session);
 
@@ -87,10 +90,17 @@ bool session_settle(struct session *session, bool rest);
 /* Reads what a snapshot of a scene (a scene file's text that says everything) is of: what `open` of a replay does. */
 bool session_open_snapshot(const char *text, struct session_opened *opened, const struct pel_progress *progress, struct pel_error *error);
 
+/* Is it UTF-8, as JSON must be? A path that is not cannot be opened. */
+bool session_is_text(const char *text);
+#define SESSION_NO_TEXT "its name is no UTF-8 text, which the page and scene files need; rename it, or open it through a link"
+
 /* Is this path one that the session may open? Links are followed before they are judged. */
 bool session_may_open(struct session *session, const char *path);
 /* From now on, too: an upload. */
 bool session_allow(struct session *session, const char *path, struct pel_error *error);
+
+/* No longer: it is to be removed. False: it is what is open now. */
+bool session_forget(struct session *session, const char *path);
 
 /* A file that a `download` event offered: a descriptor of its own for the caller to close, -1 where there is none of that number. `name` gets
  * the file's name. */

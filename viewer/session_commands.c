@@ -13,6 +13,7 @@ enum {
     EDIT = 1 << 1,   /* changes the scene: a step of the history, and a new picture */
     CAMERA = 1 << 2, /* an edit of the camera alone */
     FIRST = 1 << 3,  /* may come before hello */
+    STEP = 1 << 4,   /* goes along the history */
 };
 
 struct session_command {
@@ -152,8 +153,8 @@ static const struct session_command commands[] = {
     { "colormap", "name range ", EDIT, run_colormap },
     { "import", "text name ", EDIT, run_import },
     { "export", "", 0, run_export },
-    { "undo", "", 0, run_undo },
-    { "redo", "", 0, run_redo },
+    { "undo", "", STEP, run_undo },
+    { "redo", "", STEP, run_redo },
     { "probe", "at world opacity ", 0, run_probe },
     { "slices", "at size window views ", 0, run_slices },
     { "picture", "size background ", 0, run_picture },
@@ -185,15 +186,19 @@ static bool check(const struct call *call, const struct session_command *command
         return session_fail(call->error, PEL_ERROR_ARGUMENT, "the first command of a client is hello");
     if (!call->session->volume && !(command->flags & FREE))
         return session_fail(call->error, PEL_ERROR_ARGUMENT, "there is no volume yet; open a file first");
+    if (command->flags & (EDIT | STEP) && !(command->flags & CAMERA) && session_open_steps(call->session))
+        return session_fail(call->error, PEL_ERROR_ARGUMENT, "undo or redo is reading a file; wait for it, or cancel it");
     return true;
 }
 
-/* An edit is a step of the history, unless it continues a gesture or changed nothing. */
+/* An edit is a step of the history, unless it continues a gesture or changed nothing. Nor are the camera's moves while undo or redo reads a file:
+ * where they would lead ends when it is read. */
 static bool run_edit(struct call *call, const struct session_command *command)
 {
     struct session *s = call->session;
     char *before = NULL;
-    if (history_begins(&s->history, call->client->number, call->gesture) && !(before = pel_scene_to_text(&s->scene, NULL, call->error)))
+    bool step = !session_open_steps(s) && history_begins(&s->history, call->client->number, call->gesture);
+    if (step && !(before = pel_scene_to_text(&s->scene, NULL, call->error)))
         return false;
     bool fine = command->run(call);
     if (fine) {

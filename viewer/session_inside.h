@@ -15,6 +15,7 @@
 /* A volume and what is told of it. The scene holds one, and whoever draws it or counts it while another is opened. */
 struct session_volume {
     int users;
+    uint64_t number; /* of this one alone, from 1: memory may come again at the same address */
     struct pel_volume volume;
     struct pel_file_info info;
     json_t *histogram; /* NULL until it is counted */
@@ -22,7 +23,7 @@ struct session_volume {
 
 struct session_client {
     int number; /* 0: a free place */
-    bool greeted, held;
+    bool greeted, held, slices; /* slices: it asked for them */
     int64_t id; /* of its last command, -1 before the first */
 };
 
@@ -61,12 +62,14 @@ struct session {
     pthread_t drawer;
     bool quit, failed; /* failed: the first file could not be opened */
     atomic_int abort;  /* the drawing under way is no longer wanted: SESSION_CHANGED, or SESSION_ENDS */
-    int readers;       /* threads of opening.c */
+    int readers;       /* threads of session_thread */
+    int listings;      /* of these, that list a folder */
     double started_ms;
     char **paths; /* real paths that may be opened; NULL at the end */
 
     struct pel_scene scene; /* scene.volume is NULL before the first file is read */
     struct session_volume *volume;
+    uint64_t volumes; /* read so far */
     struct pel_device *device;
     struct session_wish wish;
     struct {
@@ -101,6 +104,10 @@ double session_now(void); /* milliseconds of a clock that never jumps */
 /* Sets an error; always false. */
 bool session_fail(struct pel_error *error, enum pel_error_code code, const char *format, ...) __attribute__((format(printf, 3, 4)));
 
+/* Starts a thread that the session's end waits for; it says that it ends by the other, with the lock held. */
+bool session_thread(struct session *session, void *(*run)(void *user), void *user, struct pel_error *error);
+void session_thread_ends(struct session *session);
+
 /* ---- events.c ---- */
 
 /* Sends and frees an event; `call` (nullable) gives it its `id`. */
@@ -109,7 +116,7 @@ void session_tell(struct session *session, int client, json_t *event, const stru
 void session_tell_error(struct session *session, int client, const char *message, const struct call *call);
 void session_tell_volume(struct session *session, int client);
 void session_tell_state(struct session *session, int client);
-void session_tell_progress(struct session *session, const char *what, double done);
+void session_tell_progress(struct session *session, int client, const char *what, double done);
 void session_tell_hello(struct session *session, int client, const struct call *call);
 /* Offers a file (taken over) for download. `call` is nullable. */
 void session_offer(struct session *session, int client, int fd, const char *name, const char *type, const struct call *call);
@@ -124,6 +131,8 @@ bool session_held(const struct session *session);
 void session_changed(struct session *session, bool camera_only);
 /* What is being drawn is not to be waited for. */
 void session_interrupt(struct session *session);
+/* Gives the renderer the technique's options that the scene names, the others their defaults. */
+bool session_take_options(struct pel_renderer *renderer, const struct pel_scene *scene, const char *technique, struct pel_error *error);
 
 /* ---- opening.c ---- */
 
@@ -131,6 +140,8 @@ void session_interrupt(struct session *session);
  * -1) and redo (1) do; 0: a step of its own. */
 bool session_open(struct session *session, const char *path, const char *array, char *scene, int direction, struct pel_error *error);
 void session_open_cancel(struct session *session);
+/* Is a file being read for a step of undo or redo? */
+bool session_open_steps(const struct session *session);
 void session_volume_release(struct session *session, struct session_volume *volume);
 
 /* ---- session_commands.c ---- */
@@ -155,13 +166,18 @@ bool call_has(const struct call *call, const char *key); /* there, and not null 
 
 /* Takes over a changed scene (its transfer function, too) where it can be drawn. On failure nothing changes; `changed` is finished either way. */
 bool session_take_scene(struct session *session, struct pel_scene *changed, struct pel_error *error);
+/* Can a scene's technique (none is named: the usual one) draw: on the CPU, or else on a GPU? */
+bool session_can_draw(const struct pel_technique_choice *technique, bool cpu, struct pel_error *error);
+/* A scene file or snapshot may name a technique that cannot draw here: then the usual one does. */
+void session_drop_impossible_technique(const struct session *session, struct pel_scene *scene);
 /* A copy to change, to be given to session_take_scene. */
 bool session_copy_scene(const struct session *session, struct pel_scene *copy, struct pel_error *error);
 
 /* The scene of a snapshot, to be finished; what the snapshot does not say is empty. */
 bool session_scene_from_snapshot(const char *text, const struct pel_volume *volume, struct pel_scene *scene, struct pel_error *error);
-/* A step of undo (-1) or redo (1) that gave `text` (owned) could not be taken. */
-void session_history_back(struct session *session, int direction, char *text);
+/* A step of undo (-1) or redo (1) that gave `text` (owned) could not be taken: not now, so it stays a step; or, as `error` says, not ever: then it
+ * is dropped, with the steps beyond it that are of the same other file, and `error` tells of it. */
+void session_history_back(struct session *session, int direction, char *text, struct pel_error *error);
 
 /* ---- moves.c: of the camera ---- */
 bool run_rotate(struct call *call);
@@ -196,6 +212,8 @@ bool session_device_change(struct session *session, struct pel_renderer **render
 
 /* ---- slices.c ---- */
 bool run_slices(struct call *call);
+/* A client no longer asks for slices: when none does, they end. */
+void session_slices_leave(struct session *session);
 bool session_slices_due(const struct session *session);
 /* Draws the slices that were asked for and sends them; called without the lock. `*drawer` starts as NULL. */
 struct slices_drawer;
@@ -212,8 +230,15 @@ bool session_pick(struct call *call, double opacity, struct pel_pick *pick);
 bool run_picture(struct call *call);
 bool run_movie(struct call *call);
 bool run_cancel(struct call *call);
+/* Those of one client end. */
+void session_jobs_cancel(struct session *session, int client);
+/* Number of the oldest job's volume, which the renderer is to know. With the lock held. */
+uint64_t session_job_volume(const struct session *session);
+bool session_job_due(const struct session *session);
 /* A step of the oldest job: called without the lock by the thread that draws. */
 void session_job_step(struct session *session, struct pel_renderer *renderer);
+/* The oldest job cannot be drawn. With the lock held. */
+void session_job_fail(struct session *session, const char *failure);
 void session_jobs_finish(struct session *session);
 
 /* ---- folders.c ---- */
@@ -223,13 +248,13 @@ bool session_path_allowed(const struct session *session, const char *path);
 bool run_list(struct call *call);
 bool run_open(struct call *call);
 
-/* ---- frames: drawing.c ---- */
+/* ---- frames.c ---- */
 
 /* Encodes and sends a picture. Called without the lock. */
 struct frame_facts {
     const char *view, *quality;
     int of[2];
-    uint64_t revision;
+    uint64_t revision, volume; /* volume: its number */
     double draw_ms;
     bool final; /* the last of its view until something changes: sent losslessly */
     const struct pel_scene *scene;
@@ -238,9 +263,7 @@ struct frame_facts {
     int clients[SESSION_MOST_CLIENTS], client_count;
 };
 void session_send_frame(struct session *session, struct encoder *encoder, const struct pel_image *image, struct frame_facts *facts);
-/* Notes whose commands the scene has. With the lock held. */
-void session_note_clients(const struct session *session, struct frame_facts *facts);
-/* Gives the renderer the technique's options that the scene names, the others their defaults. */
-bool session_take_options(struct pel_renderer *renderer, const struct pel_scene *scene, const char *technique, struct pel_error *error);
+/* Notes whose commands the scene has, of all clients or of those that asked for slices: they get the picture. With the lock held. */
+void session_note_clients(const struct session *session, struct frame_facts *facts, bool slices);
 
 #endif

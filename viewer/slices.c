@@ -13,8 +13,16 @@ struct slices_drawer {
     struct pel_renderer *renderer;
     struct pel_image image;
     struct pel_scene scene;
-    const void *data; /* of the volume that was drawn */
+    uint64_t volume; /* number of the one that was drawn */
 };
+
+void session_slices_leave(struct session *s)
+{
+    bool asked = false;
+    for (int i = 0; i < SESSION_MOST_CLIENTS; i++)
+        asked |= s->clients[i].number && s->clients[i].slices;
+    s->slices.on &= asked;
+}
 
 bool session_slices_due(const struct session *s)
 {
@@ -61,8 +69,14 @@ bool run_slices(struct call *call)
         if (!read_views(call, &slices))
             return false;
     }
+    call->client->slices = slices.on;
+    if (!slices.on) {
+        session_slices_leave(s);
+        return true;
+    }
     s->slices = slices;
     s->slices_revision++;
+    session_interrupt(s); /* a large picture may be under way */
     return true;
 }
 
@@ -135,14 +149,15 @@ static void look_at(struct pel_scene *scene, int axis, const struct session_slic
     memcpy(scene->slice.normal, forward, sizeof scene->slice.normal);
 }
 
-static bool prepare(struct slices_drawer *d, const struct session_slices *asked, const struct pel_scene *from, struct pel_error *error)
+static bool prepare(struct slices_drawer *d, const struct session_slices *asked, const struct frame_facts *facts, struct pel_error *error)
 {
+    const struct pel_scene *from = facts->scene;
     struct pel_transfer transfer = d->scene.transfer;
     const struct pel_color_point gray[] = { { asked->window[0], { 0, 0, 0 } }, { asked->window[1], { 1, 1, 1 } } };
     const struct pel_opacity_point opaque = { 0, 1 };
-    if (d->data != from->volume->data)
+    if (d->volume != facts->volume)
         pel_renderer_invalidate(d->renderer);
-    d->data = from->volume->data;
+    d->volume = facts->volume;
     bool fine = pel_transfer_copy(&transfer, &from->transfer, error) && pel_transfer_set_opacities(&transfer, &opaque, 1, error) &&
                 (!asked->windowed || pel_transfer_set_colors(&transfer, gray, 2, error));
     memcpy(&d->scene, from, sizeof d->scene);
@@ -154,9 +169,17 @@ static bool prepare(struct slices_drawer *d, const struct session_slices *asked,
     return fine;
 }
 
-static struct slices_drawer *create(int threads, struct pel_error *error)
+/* They are drawn to their end, or none would be seen while a hand goes through the volume; but not beyond the session's. */
+static bool go_on(void *user, double fraction)
 {
-    const struct pel_renderer_params params = { .threads = threads };
+    const struct session *s = user;
+    (void)fraction;
+    return atomic_load(&s->abort) != SESSION_ENDS;
+}
+
+static struct slices_drawer *create(struct session *s, struct pel_error *error)
+{
+    const struct pel_renderer_params params = { .threads = s->params.threads, .progress = { go_on, s } };
     struct slices_drawer *d = calloc(1, sizeof *d);
     if (!d) {
         session_fail(error, PEL_ERROR_MEMORY, "no memory to draw slices");
@@ -176,9 +199,9 @@ void session_slices_draw(struct session *s, struct slices_drawer **drawer, struc
     static const char *const views[] = { "slice-i", "slice-j", "slice-k" };
     struct pel_error error = PEL_ERROR_INIT;
     if (!*drawer)
-        *drawer = create(s->params.threads, &error);
+        *drawer = create(s, &error);
     struct slices_drawer *d = *drawer;
-    bool fine = d && prepare(d, asked, facts->scene, &error) && pel_image_allocate(&d->image, asked->size[0], asked->size[1], false, &error);
+    bool fine = d && prepare(d, asked, facts, &error) && pel_image_allocate(&d->image, asked->size[0], asked->size[1], false, &error);
     for (int axis = 0; fine && axis < 3; axis++) {
         struct frame_facts f = *facts;
         double start = session_now();
@@ -194,7 +217,7 @@ void session_slices_draw(struct session *s, struct slices_drawer **drawer, struc
         f.draw_ms = session_now() - start;
         session_send_frame(s, encoder, &d->image, &f);
     }
-    if (fine)
+    if (fine || error.code == PEL_ERROR_CANCELLED)
         return;
     pthread_mutex_lock(&s->lock);
     session_tell_error(s, 0, error.message, NULL);

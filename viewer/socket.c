@@ -11,6 +11,9 @@
 /* Messages a second that a client may send, and how many at once. A page sends one for each of its animation frames and inputs. */
 #define RATE 1000.0
 #define BURST 3000.0
+/* And their bytes, for one may have a million. */
+#define RATE_BYTES 4e6
+#define BURST_BYTES 16e6
 
 static double now_ms(void)
 {
@@ -80,7 +83,6 @@ void server_frame(void *user, const struct session_frame *from)
         frame_release(socket->slots[view].frame);
         socket->slots[view].frame = frame;
         socket->slots[view].id = id;
-        socket->greeted = true;
         frame->users++;
     }
     frame_release(frame);
@@ -123,7 +125,7 @@ bool server_wanted(void *user)
     bool any = false;
     pthread_mutex_lock(&server->lock);
     for (struct socket *socket = server->sockets; socket && !any; socket = socket->next)
-        any = !socket->slots[0].frame;
+        any = socket->greeted && !socket->lost && !socket->slots[0].frame;
     pthread_mutex_unlock(&server->lock);
     return any;
 }
@@ -214,7 +216,10 @@ static int write_next(struct server *server, struct socket *socket)
     int64_t id;
     uint64_t age;
     bool fine = true;
-    if (socket->lost)
+    pthread_mutex_lock(&server->lock);
+    bool lost = socket->lost;
+    pthread_mutex_unlock(&server->lock);
+    if (lost)
         return -1;
     if ((event = pop_event(server, socket))) {
         fine = write_event(socket, event);
@@ -235,10 +240,24 @@ static int write_next(struct server *server, struct socket *socket)
 
 /* ---- from the client ---- */
 
+static bool is_called(const json_t *command, const char *name)
+{
+    const json_t *called = json_object_get(command, "do");
+    return json_is_string(called) && strcmp(json_string_value(called), name) == 0;
+}
+
+/* From now on it takes pictures. */
+static void greet(struct server *server, struct socket *socket)
+{
+    pthread_mutex_lock(&server->lock);
+    socket->greeted = true;
+    pthread_mutex_unlock(&server->lock);
+    session_wake(server->session);
+}
+
 static bool shown(struct server *server, struct socket *socket, const json_t *command)
 {
-    const json_t *name = json_object_get(command, "do");
-    if (!json_is_string(name) || strcmp(json_string_value(name), "shown") != 0)
+    if (!is_called(command, "shown"))
         return false;
     pthread_mutex_lock(&server->lock);
     if ((uint64_t)json_integer_value(json_object_get(command, "frame")) == socket->in_flight)
@@ -254,18 +273,19 @@ static void obey(struct server *server, struct socket *socket)
     json_t *command = json_loadb(socket->message, socket->length, JSON_REJECT_DUPLICATES, NULL);
     if (!command)
         session_command_text(server->session, socket->number, socket->message, socket->length); /* tells what is wrong */
-    else if (!shown(server, socket, command))
-        session_command(server->session, socket->number, command);
+    else if (!shown(server, socket, command) && session_command(server->session, socket->number, command) && is_called(command, "hello"))
+        greet(server, socket);
     json_decref(command);
     socket->length = 0;
 }
 
-static bool within_rate(struct socket *socket)
+static bool within_rate(struct socket *socket, bool message, size_t bytes)
 {
-    double now = now_ms();
-    socket->credit = fmin(BURST, socket->credit + (now - socket->credit_ms) * RATE / 1000);
+    double now = now_ms(), seconds = (now - socket->credit_ms) / 1000;
     socket->credit_ms = now;
-    return (socket->credit -= 1) >= 0;
+    socket->credit = fmin(BURST, socket->credit + seconds * RATE) - message;
+    socket->credit_bytes = fmin(BURST_BYTES, socket->credit_bytes + seconds * RATE_BYTES) - (double)bytes;
+    return socket->credit >= 0 && socket->credit_bytes >= 0;
 }
 
 static int refuse(struct socket *socket, enum lws_close_status status, const char *why)
@@ -280,7 +300,7 @@ static int receive(struct server *server, struct socket *socket, const char *in,
         return refuse(socket, LWS_CLOSE_STATUS_UNACCEPTABLE_OPCODE, "commands are text");
     if (length > SESSION_MOST_BYTES - socket->length)
         return refuse(socket, LWS_CLOSE_STATUS_MESSAGE_TOO_LARGE, "a command is too long");
-    if (lws_is_first_fragment(socket->wsi) && !within_rate(socket))
+    if (!within_rate(socket, lws_is_first_fragment(socket->wsi), length))
         return refuse(socket, LWS_CLOSE_STATUS_POLICY_VIOLATION, "too many commands");
     if (socket->length + length > socket->room) {
         size_t room = 2 * (socket->length + length);
@@ -305,6 +325,7 @@ static void open_socket(struct server *server, struct socket *socket, struct lws
     socket->number = ++server->last_client;
     socket->last_event = &socket->events;
     socket->credit = BURST;
+    socket->credit_bytes = BURST_BYTES;
     socket->credit_ms = now_ms();
     pthread_mutex_lock(&server->lock);
     socket->next = server->sockets;

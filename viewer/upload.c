@@ -1,6 +1,5 @@
 /* SPDX-License-Identifier: MIT */
 /* Volumes sent by a page: each into a folder of its own below a temporary one, under the name that it was given, for endings tell formats. */
-#include <dirent.h>
 #include <errno.h>
 #include <fcntl.h>
 #include <stdlib.h>
@@ -11,13 +10,10 @@
 #include "downloads.h"
 #include "server_inside.h"
 
-enum { UPLOADS_KEPT = 4 };
-
 struct upload {
-    int fd;
+    struct server *server;
+    int fd; /* -1: there is no file, or it is finished */
     uint64_t left;
-    unsigned number;
-    bool refused;
     char path[4096];
 };
 
@@ -32,43 +28,67 @@ static bool clean_name(char *name)
     for (char *at = name; *at; at++)
         if ((unsigned char)*at < 32 || *at == 127 || *at == '"')
             return false;
-    return name[0] && name[0] != '.' && strlen(name) < 128;
+    return name[0] && name[0] != '.' && strlen(name) < 128 && session_is_text(name);
 }
 
 static bool make_folder(struct server *server)
 {
-    const char *parent = getenv("TMPDIR");
     char path[3072];
     if (server->folder)
         return true;
-    if (snprintf(path, sizeof path, "%s/pellucid-view-XXXXXX", parent && parent[0] ? parent : "/tmp") >= (int)sizeof path || !mkdtemp(path))
+    if (snprintf(path, sizeof path, "%s/pellucid-view-XXXXXX", temporary_folder()) >= (int)sizeof path || !mkdtemp(path))
         return false;
     server->folder = strdup(path);
     return server->folder;
 }
 
-static void remove_upload(const struct server *server, unsigned number)
+/* The file and its folder. */
+static void remove_upload(const char *path)
 {
-    char folder[3200], path[4096];
-    struct dirent *entry;
-    snprintf(folder, sizeof folder, "%s/%u", server->folder, number);
-    DIR *list = opendir(folder);
-    while (list && (entry = readdir(list)))
-        if (entry->d_name[0] != '.' && snprintf(path, sizeof path, "%s/%s", folder, entry->d_name) < (int)sizeof path)
-            unlink(path);
-    if (list)
-        closedir(list);
+    char folder[4096];
+    snprintf(folder, sizeof folder, "%s", path);
+    *strrchr(folder, '/') = 0;
+    unlink(path);
     rmdir(folder);
+}
+
+/* Keeps a finished one; the oldest make room, but for what is open, which undo and a reload of the page may read again. */
+static bool keep(struct server *server, const char *path)
+{
+    char *copy = strdup(path);
+    int i = 0;
+    while (server->kept_count == UPLOADS_KEPT && i < UPLOADS_KEPT && !session_forget(server->session, server->kept[i]))
+        i++;
+    if (!copy || i == UPLOADS_KEPT) {
+        free(copy);
+        return false;
+    }
+    if (server->kept_count == UPLOADS_KEPT) {
+        remove_upload(server->kept[i]);
+        free(server->kept[i]);
+        memmove(server->kept + i, server->kept + i + 1, (size_t)(--server->kept_count - i) * sizeof *server->kept);
+    }
+    server->kept[server->kept_count++] = copy;
+    return true;
 }
 
 void uploads_finish(struct server *server)
 {
-    for (unsigned k = server->uploads > UPLOADS_KEPT ? server->uploads - UPLOADS_KEPT : 1; server->folder && k <= server->uploads; k++)
-        remove_upload(server, k);
+    while (server->kept_count > 0) {
+        remove_upload(server->kept[--server->kept_count]);
+        free(server->kept[server->kept_count]);
+    }
     if (server->folder)
         rmdir(server->folder);
     free(server->folder);
     server->folder = NULL;
+}
+
+static void end_writing(struct upload *upload)
+{
+    close(upload->fd);
+    upload->fd = -1;
+    upload->server->uploading--;
 }
 
 void upload_drop(struct exchange *exchange)
@@ -77,8 +97,8 @@ void upload_drop(struct exchange *exchange)
     if (!upload)
         return;
     if (upload->fd >= 0) { /* not finished */
-        close(upload->fd);
-        unlink(upload->path);
+        end_writing(upload);
+        remove_upload(upload->path);
     }
     free(upload);
     exchange->upload = NULL;
@@ -98,14 +118,15 @@ static bool open_file(struct server *server, struct upload *upload, const char *
     char folder[3200];
     if (!make_folder(server))
         return false;
-    upload->number = ++server->uploads;
-    if (server->uploads > UPLOADS_KEPT)
-        remove_upload(server, server->uploads - UPLOADS_KEPT);
-    snprintf(folder, sizeof folder, "%s/%u", server->folder, upload->number);
+    snprintf(folder, sizeof folder, "%s/%u", server->folder, ++server->uploads);
     snprintf(upload->path, sizeof upload->path, "%s/%.127s", folder, name);
     if (mkdir(folder, 0700) != 0)
         return false;
     upload->fd = open(upload->path, O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0600);
+    if (upload->fd < 0)
+        rmdir(folder);
+    else
+        server->uploading++;
     return upload->fd >= 0;
 }
 
@@ -115,8 +136,11 @@ int upload_begin(struct server *server, struct lws *wsi, struct exchange *exchan
     struct upload *upload = calloc(1, sizeof *upload);
     if (!upload)
         return http_refuse(wsi, HTTP_STATUS_INTERNAL_SERVER_ERROR);
+    upload->server = server;
     upload->fd = -1;
     exchange->upload = upload;
+    if (server->uploading >= MOST_UPLOADING)
+        return refuse(wsi, exchange, HTTP_STATUS_SERVICE_UNAVAILABLE, "other files are being sent already; send this one when they are done");
     if (lws_hdr_copy(wsi, length, sizeof length, WSI_TOKEN_HTTP_CONTENT_LENGTH) <= 0)
         return refuse(wsi, exchange, 411, "the length of the file is missing");
     errno = 0;
@@ -161,10 +185,14 @@ int upload_end(struct server *server, struct lws *wsi, struct exchange *exchange
         return 0;
     if (upload->left > 0)
         return refuse(wsi, exchange, HTTP_STATUS_BAD_REQUEST, "the file ended too soon");
-    close(upload->fd);
-    upload->fd = -1;
-    if (!session_allow(server->session, upload->path, &error))
+    end_writing(upload);
+    if (!session_allow(server->session, upload->path, &error) || !keep(server, upload->path)) {
+        session_forget(server->session, upload->path);
+        remove_upload(upload->path);
+        if (!error.code)
+            strcpy(error.message, "no memory to keep another file");
         return refuse(wsi, exchange, HTTP_STATUS_INTERNAL_SERVER_ERROR, error.message);
+    }
     json_t *json = json_pack("{s:s}", "path", upload->path);
     char *text = json ? json_dumps(json, JSON_COMPACT) : NULL;
     json_decref(json);

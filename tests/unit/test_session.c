@@ -14,165 +14,7 @@
 
 #include "record.h"
 #include "session.h"
-
-/* A session on a computed volume, and what came out of it. */
-struct face {
-    struct session *session;
-    pthread_mutex_t lock;
-    json_t *events; /* an array */
-    int frames, moving;
-    int64_t id; /* of client 1, in the last main frame */
-    void *picture; /* the last lossless main one */
-    size_t size;
-    bool final; /* of the last main frame */
-    int finals; /* main frames that said so */
-    char views[256]; /* that came */
-    bool unwanted;
-};
-
-static void on_frame(void *user, const struct session_frame *frame)
-{
-    struct face *face = user;
-    pthread_mutex_lock(&face->lock);
-    face->frames++;
-    if (!strstr(face->views, frame->view))
-        strcat(strcat(face->views, " "), frame->view);
-    if (strcmp(frame->view, "main") == 0) {
-        face->moving += strstr(frame->header, "\"quality\":\"moving\"") != NULL;
-        face->final = strstr(frame->header, "\"final\":true") != NULL;
-        face->finals += face->final;
-        for (int i = 0; i < frame->client_count; i++)
-            if (frame->clients[i].client == 1)
-                face->id = frame->clients[i].id;
-        if (frame->lossless) {
-            free(face->picture);
-            face->picture = malloc(frame->size);
-            memcpy(face->picture, frame->bytes, frame->size);
-            face->size = frame->size;
-        }
-    }
-    pthread_mutex_unlock(&face->lock);
-}
-
-static void on_event(void *user, int client, const char *text)
-{
-    struct face *face = user;
-    json_t *event = json_loads(text, 0, NULL);
-    assert_non_null(event);
-    json_object_set_new(event, "_to", json_integer(client));
-    pthread_mutex_lock(&face->lock);
-    json_array_append_new(face->events, event);
-    pthread_mutex_unlock(&face->lock);
-}
-
-static bool on_wanted(void *user)
-{
-    struct face *face = user;
-    pthread_mutex_lock(&face->lock);
-    bool wanted = !face->unwanted;
-    pthread_mutex_unlock(&face->lock);
-    return wanted;
-}
-
-static bool compute(struct pel_volume *volume, struct pel_error *error)
-{
-    const struct pel_dataset *dataset = pel_dataset_find("marschner-lobb");
-    void *params = pel_dataset_create_params(dataset);
-    assert_true(pel_option_set(pel_option_find(dataset->options, "size"), params, "24", error));
-    pel_volume_init(volume);
-    bool fine = pel_dataset_make(dataset, params, volume, error);
-    free(params);
-    return fine;
-}
-
-static bool open_computed(void *user, struct session_opened *opened, const struct pel_progress *progress, struct pel_error *error)
-{
-    (void)user, (void)progress;
-    if (!compute(&opened->volume, error) || !pel_scene_init(&opened->scene, error))
-        return false;
-    opened->scene.volume = &opened->volume;
-    opened->scene.render.refine = 2;
-    opened->fit_camera = true;
-    return pel_scene_choose(&opened->scene, &(struct pel_scene_parts) { .transfer = true, .slice = true, .camera = true }, 96, 64, error);
-}
-
-static void start_with(struct face *face, const char *const *paths, FILE *record, bool (*open)(void *, struct session_opened *, const struct pel_progress *, struct pel_error *), void *open_user)
-{
-    struct pel_error error = PEL_ERROR_INIT;
-    *face = (struct face) { .lock = PTHREAD_MUTEX_INITIALIZER, .events = json_array() };
-    const struct session_params params = { .user = face, .frame = on_frame, .event = on_event, .wanted = on_wanted, .open = open, .open_user = open_user,
-                                           .paths = paths, .threads = 1, .budget_ms = 33, .record = record };
-    face->session = session_create(&params, &error);
-    if (!face->session)
-        fail_msg("%s", error.message);
-    assert_true(session_settle(face->session, false));
-}
-
-static bool say(struct face *face, int client, const char *text)
-{
-    return session_command_text(face->session, client, text, strlen(text));
-}
-
-static void start(struct face *face)
-{
-    start_with(face, NULL, NULL, open_computed, NULL);
-    assert_true(say(face, 1, "{\"do\":\"hello\",\"size\":[96,64]}"));
-}
-
-static void end(struct face *face)
-{
-    session_destroy(face->session);
-    json_decref(face->events);
-    free(face->picture);
-}
-
-/* The last event of a kind; NULL: there was none. Borrowed. */
-static json_t *last(struct face *face, const char *kind)
-{
-    json_t *found = NULL;
-    pthread_mutex_lock(&face->lock);
-    for (size_t i = json_array_size(face->events); i-- > 0 && !found;) {
-        json_t *event = json_array_get(face->events, i);
-        if (strcmp(json_string_value(json_object_get(event, "event")), kind) == 0)
-            found = event;
-    }
-    pthread_mutex_unlock(&face->lock);
-    return found;
-}
-
-static json_t *scene(struct face *face)
-{
-    session_settle(face->session, true);
-    return json_object_get(last(face, "state"), "scene");
-}
-
-static json_t *part(struct face *face, const char *a, const char *b)
-{
-    return json_object_get(json_object_get(scene(face), a), b);
-}
-
-/* The picture at rest, owned. */
-static void *rest(struct face *face, size_t *size)
-{
-    assert_true(session_settle(face->session, true));
-    pthread_mutex_lock(&face->lock);
-    assert_non_null(face->picture);
-    assert_true(face->final);
-    void *copy = malloc(face->size);
-    memcpy(copy, face->picture, face->size);
-    *size = face->size;
-    pthread_mutex_unlock(&face->lock);
-    return copy;
-}
-
-static bool same(struct face *face, const void *picture, size_t size)
-{
-    size_t now_size;
-    void *now = rest(face, &now_size);
-    bool equal = now_size == size && memcmp(now, picture, size) == 0;
-    free(now);
-    return equal;
-}
+#include "session_face.h"
 
 static void test_hello(void **state)
 {
@@ -190,7 +32,7 @@ static void test_hello(void **state)
     assert_true(json_array_size(json_object_get(json_object_get(volume, "histogram"), "counts")) > 0);
     assert_non_null(part(&face, "camera", "camera-position"));
     assert_non_null(face.picture);
-    end(&face);
+    finish(&face);
 }
 
 static const char *const good[] = {
@@ -247,7 +89,7 @@ static void test_good_commands(void **state)
     assert_non_null(strstr(face.views, "slice-i"));
     assert_non_null(strstr(face.views, "slice-k"));
     assert_true(json_is_true(json_object_get(last(&face, "probe"), "inside")));
-    end(&face);
+    finish(&face);
 }
 
 /* What the volume holds at a place between two voxels; `by` from the first to the second. */
@@ -278,7 +120,7 @@ static void test_probe_world(void **state)
     assert_true(value[0] != value[2] && fabs(value[1] - (value[0] + value[2]) / 2) < 1e-9);
     assert_true(json_is_false(json_object_get(probe_world(&face, 1e6), "hit")));
     assert_null(json_object_get(last(&face, "probe"), "value"));
-    end(&face);
+    finish(&face);
 }
 
 static const char *const bad[] = {
@@ -354,10 +196,11 @@ static const char *const bad[] = {
     "{\"do\":\"picture\",\"size\":[100000,100000]}",
     "{\"do\":\"picture\",\"size\":[64,64],\"background\":1}",
     "{\"do\":\"movie\",\"size\":[64,64],\"frames\":1}",
+    "{\"do\":\"movie\",\"size\":[64,64],\"frames\":2.7}",
+    "{\"do\":\"movie\",\"size\":[4096,2048],\"frames\":3600}",
     "{\"do\":\"movie\",\"size\":[64,64],\"frames\":1e6,\"degrees\":360}",
     "{\"do\":\"movie\",\"size\":[8192,4096],\"frames\":10,\"degrees\":360}",
-    "{\"do\":\"list\",\"path\":\"/\"}",
-    "{\"do\":\"list\",\"path\":\"/no/such\"}",
+    "{\"do\":\"list\",\"path\":\"\"}",
     "{\"do\":\"open\",\"path\":\"/etc/passwd\"}",
     "{\"do\":\"device\"}",
     "{\"do\":\"device\",\"device\":7}",
@@ -369,16 +212,6 @@ static const char *const bad[] = {
     "{\"do\":\"open\"}",
     "{\"do\":\"shown\",\"frame\":1}",
 };
-
-static int errors(struct face *face)
-{
-    int count = 0;
-    pthread_mutex_lock(&face->lock);
-    for (size_t i = 0; i < json_array_size(face->events); i++)
-        count += strcmp(json_string_value(json_object_get(json_array_get(face->events, i), "event")), "error") == 0;
-    pthread_mutex_unlock(&face->lock);
-    return count;
-}
 
 static void test_bad_commands(void **state)
 {
@@ -408,7 +241,7 @@ static void test_bad_commands(void **state)
     free(large);
     json_decref(before);
     free(picture);
-    end(&face);
+    finish(&face);
 }
 
 static void test_undo(void **state)
@@ -439,7 +272,7 @@ static void test_undo(void **state)
     json_decref(before);
     free(changed);
     free(picture);
-    end(&face);
+    finish(&face);
 }
 
 /* Each change ends in one picture that says that it is the last, refined or not, and whether it was drawn before or not. */
@@ -467,7 +300,7 @@ static void test_final(void **state)
         if (!face.final || face.finals != before + 1)
             fail_msg("%s: %d final pictures", changes[i], face.finals - before);
     }
-    end(&face);
+    finish(&face);
 }
 
 /* While no face can take a picture commands gather, and then one picture shows them all. */
@@ -501,7 +334,7 @@ static void test_merging(void **state)
     say(&face, 2, "{\"do\":\"hello\",\"size\":[96,64]}");
     session_settle(face.session, true);
     assert_true(json_is_false(json_object_get(last(&face, "state"), "held")));
-    end(&face);
+    finish(&face);
 }
 
 static void test_reset_and_views(void **state)
@@ -519,7 +352,7 @@ static void test_reset_and_views(void **state)
     say(&face, 1, "{\"do\":\"reset\"}");
     assert_true(same(&face, picture, size));
     free(picture);
-    end(&face);
+    finish(&face);
 }
 
 static void read_vector(json_t *camera, const char *key, double out[3])
@@ -574,7 +407,7 @@ static void test_fit(void **state)
     assert_true(say(&face, 1, "{\"do\":\"automatic\",\"what\":\"camera\"}"));
     assert_true(reach(&face, 0.16) < 0.95);
     json_decref(moved);
-    end(&face);
+    finish(&face);
 }
 
 /* What lies under a point of the picture stays there when one zooms at it, and comes to the middle as the focal point. */
@@ -597,7 +430,7 @@ static void test_zoom_and_focus_at(void **state)
     for (size_t i = 0; i < 3; i++)
         assert_true(fabs(json_number_value(json_array_get(before, i)) - json_number_value(json_array_get(focal, i))) < 1e-6);
     json_decref(before);
-    end(&face);
+    finish(&face);
 }
 
 static size_t downloaded(struct face *face, char bytes[64], const char *name)
@@ -647,7 +480,7 @@ static void test_downloads(void **state)
     assert_true(session_download(face.session, 1, kept, &type, &size) < 0); /* eight newer ones came */
     assert_true(session_download(face.session, 0, kept, &type, &size) < 0);
     assert_true(session_download(face.session, 99, kept, &type, &size) < 0);
-    end(&face);
+    finish(&face);
 }
 
 static void test_cancel(void **state)
@@ -662,7 +495,7 @@ static void test_cancel(void **state)
     session_settle(face.session, true);
     assert_null(last(&face, "download"));
     assert_int_equal(json_integer_value(json_object_get(last(&face, "error"), "id")), 8);
-    end(&face);
+    finish(&face);
 }
 
 static void test_open(void **state)
@@ -682,8 +515,16 @@ static void test_open(void **state)
     start_with(&face, (const char *const[]) { folder, NULL }, NULL, NULL, NULL);
     assert_true(say(&face, 1, "{\"do\":\"hello\",\"size\":[96,64]}"));
     assert_false(say(&face, 1, "{\"do\":\"rotate\",\"by\":[0,0]}")); /* nothing is open */
+    for (int i = 0; i < 2; i++) { /* answered by another thread, for a disk may be slow */
+        snprintf(text, sizeof text, "{\"do\":\"list\",\"path\":\"%s\",\"id\":%d}", i ? "/no/such" : "/", i);
+        assert_true(say(&face, 1, text));
+        session_settle(face.session, false);
+        assert_int_equal(json_integer_value(json_object_get(last(&face, "error"), "id")), i);
+        assert_null(last(&face, "files"));
+    }
     snprintf(text, sizeof text, "{\"do\":\"list\",\"path\":\"%s\"}", folder);
     assert_true(say(&face, 1, text));
+    session_settle(face.session, false);
     assert_int_equal(json_array_size(json_object_get(last(&face, "files"), "entries")), 1);
     assert_true(json_is_null(json_object_get(last(&face, "files"), "parent")));
     snprintf(text, sizeof text, "{\"do\":\"open\",\"path\":\"%s/../%s\"}", folder, strrchr(outside, '/') + 1);
@@ -699,7 +540,7 @@ static void test_open(void **state)
     assert_true(say(&face, 1, "{\"do\":\"undo\"}"));
     assert_true(same(&face, picture, size));
     free(picture);
-    end(&face);
+    finish(&face);
     unlink(path);
     unlink(outside);
     rmdir(folder);
@@ -708,8 +549,9 @@ static void test_open(void **state)
 static bool open_recorded(void *user, struct session_opened *opened, const struct pel_progress *progress, struct pel_error *error)
 {
     const struct recording *recording = user;
+    bool fine = session_open_snapshot(recording->scene, opened, progress, error);
     opened->fit_camera = recording->fitted;
-    return session_open_snapshot(recording->scene, opened, progress, error);
+    return fine;
 }
 
 /* A volume with a file, for a recording tells a path. */
@@ -740,18 +582,27 @@ static void test_replay(void **state)
         if (!strstr(good[i], "list")) /* of which there is no folder */
             assert_true(say(&face, 1, good[i]));
     assert_false(say(&face, 1, "{\"do\":\"zoom\",\"by\":-1}")); /* a refused one is recorded, and refused again */
+    for (int i = 2; i < 70; i++) { /* pages come and go */
+        assert_true(say(&face, i, "{\"do\":\"hello\",\"size\":[96,64]}"));
+        session_leave(face.session, i);
+    }
     void *picture = rest(&face, &size);
-    end(&face);
+    finish(&face);
     fclose(record);
     if (!recording_read(record_path, &recording, &error))
         fail_msg("%s", error.message);
     assert_non_null(recording.scene);
+    assert_int_equal(recording.error_count, 1);
+    assert_string_equal(recording.errors[0].command, "zoom");
     start_with(&face, NULL, NULL, open_recorded, &recording);
     for (size_t i = 0; i < recording.count; i++)
-        session_command(face.session, recording.commands[i].client, recording.commands[i].command);
+        if (recording.commands[i].command)
+            session_command(face.session, recording.commands[i].client, recording.commands[i].command);
+        else
+            session_leave(face.session, recording.commands[i].client);
     assert_true(same(&face, picture, size));
     assert_int_equal(errors(&face), 1);
-    end(&face);
+    finish(&face);
     recording_finish(&recording);
     free(picture);
     record = fopen(record_path, "w");
@@ -774,7 +625,7 @@ static void test_ends_at_any_time(void **state)
         say(&face, 1, "{\"do\":\"size\",\"size\":[512,512]}");
         say(&face, 1, "{\"do\":\"movie\",\"size\":[64,48],\"frames\":3600,\"degrees\":360}");
         usleep((useconds_t)i * 15000);
-        end(&face);
+        finish(&face);
     }
 }
 

@@ -68,7 +68,6 @@ export async function view(file, ...options) {
     });
     return {
         address,
-        output: () => text,
         async stop() {
             child.kill('SIGTERM');
             const status = await Promise.race([ended, sleep(10000).then(() => 'hung')]);
@@ -88,6 +87,16 @@ export class Face {
     static async open(browser, address, options = {}) {
         const face = new Face();
         const context = await browser.newContext({ viewport: { width: 1000, height: 600 }, ...options });
+        await context.addInitScript(() => {
+            const Socket = WebSocket;
+            window.sockets = []; /* so that a test can end a connection */
+            window.WebSocket = class extends Socket {
+                constructor(...given) {
+                    super(...given);
+                    window.sockets.push(this);
+                }
+            };
+        });
         face.page = await context.newPage();
         face.page.on('console', (message) => ['error', 'warning'].includes(message.type()) && face.complaints.push(message.text()));
         face.page.on('pageerror', (error) => face.complaints.push(error.stack));
@@ -140,9 +149,29 @@ export class Face {
         }
     }
 
+    count(kind) {
+        return this.sent.filter((command) => command.do === kind).length;
+    }
+
+    /** A command as if the page sent it. */
+    async send(command) {
+        await this.page.evaluate(async (wish) => (await import('./begin.js')).connection.send(wish), command);
+    }
+
+    /** Until all that the page merges or puts off was sent: no hand is down, the picture's size is that of the window. */
+    async settle() {
+        const wanted = await this.page.evaluate(async () => {
+            for (let i = 0; i < 2; i++) await new Promise((done) => requestAnimationFrame(done));
+            return (await import('./begin.js')).wanted().join();
+        });
+        const size = () => this.sent.filter((command) => ['hello', 'size'].includes(command.do)).at(-1).size.join();
+        await this.until(() => this.count('hold') === this.count('release'), 'as many releases as holds');
+        await this.until(() => size() === wanted, `the size ${wanted} to be asked for`);
+    }
+
     /** The last picture of what was sent so far: the server says of it that none comes after it. */
     async rest() {
-        await sleep(400); /* what the page merges and puts off is on its way then */
+        await this.settle();
         const id = Math.max(0, ...this.sent.filter((command) => !ASKS.includes(command.do)).map((command) => command.id ?? 0));
         const final = () => {
             const last = this.main().at(-1);
@@ -166,7 +195,9 @@ export class Face {
 
     /** The middle of an element. */
     async middle(selector) {
-        const box = await this.page.locator(selector).first().boundingBox();
+        const element = this.page.locator(selector).first();
+        await element.waitFor();
+        const box = await element.boundingBox();
         assert(box, `${selector} is not seen`);
         return [box.x + box.width / 2, box.y + box.height / 2];
     }
@@ -185,9 +216,11 @@ export async function main(finish) {
     console.log(`1..${tests.length}`);
     let failed = 0;
     for (const [i, [name, run]] of tests.entries()) {
+        const start = performance.now();
         try {
             await run();
             console.log(`ok ${i + 1} - ${name}`);
+            note(`${((performance.now() - start) / 1000).toFixed(1)} s`);
         } catch (error) {
             failed++;
             console.log(`not ok ${i + 1} - ${name}`);

@@ -4,7 +4,7 @@
 import http from 'node:http';
 import path from 'node:path';
 import { existsSync, readFileSync } from 'node:fs';
-import { Face, assert, data, equal, launch, main, note, sleep, test, view } from './harness.mjs';
+import { Face, assert, data, equal, launch, main, note, test, view } from './harness.mjs';
 
 const file = path.join(data, 'aneurism.nrrd');
 if (!existsSync(file)) {
@@ -220,11 +220,24 @@ test('the probe tells what is under the pointer, two clicks a distance', async (
     await face.page.waitForFunction(() => /value [\d.]+ .*voxel/.test(document.querySelector('.status-cursor').textContent), null, {
         timeout: 60000,
     });
-    for (const place of places) {
+    for (const [i, place] of places.entries()) {
         await face.page.mouse.click(...place);
-        await sleep(500);
+        await face.page.waitForFunction((text) => document.querySelector('#panel-measure [role=status]').textContent.includes(text), [
+            'second place',
+            'first place',
+        ][i]);
     }
     await face.page.waitForSelector('#panel-measure .card:has-text("1: ")', { timeout: 60000 });
+    const words = await face.page.textContent('#panel-measure .card'),
+        { 'parallel-scale': half, parallel, 'camera-position': eye, 'camera-focal-point': focus, 'camera-view-angle': angle } =
+            face.main().at(-1).header.camera;
+    const far = Math.hypot(...eye.map((x, i) => x - focus[i])),
+        height = 2 * (parallel ? half : far * Math.tan((angle * Math.PI) / 360));
+    const picture = await face.page.locator('#main').boundingBox(),
+        apart = (Math.hypot(places[1][0] - places[0][0], places[1][1] - places[0][1]) / picture.height) * height;
+    /* Both lie near the focal plane, at depths of their own. */
+    const found = parseFloat(words.slice(3));
+    assert(found > 0.5 * apart && found < 4 * apart, `the distance is ${words}, ${apart} in the focal plane`);
     await face.page.keyboard.press('Escape');
 });
 

@@ -14,10 +14,10 @@ document.body.classList.toggle('panel-open', panel !== null);
 
 export const picture = document.getElementById('main');
 
-/** The size in pixels that the main picture should have. */
-export function wanted() {
+/** The size in pixels that a picture should have, by what the user prefers; `most` as in Picture.wanted. */
+export function wanted(of = picture, most = undefined) {
     const part = { 1: 1, css: 1 / (window.devicePixelRatio || 1), 0.5: 0.5 }[get('preferences').resolution] ?? 1;
-    return picture.wanted(part);
+    return of.wanted(part, most);
 }
 
 export const connection = new Connection(() => ({ do: 'hello', size: wanted() }));

@@ -7,12 +7,11 @@ import { get, watch } from './store.js';
 let strips = 0;
 
 /** A strip that shows colours ("#rrggbb", evenly spaced). */
-export function strip(colors, title) {
+function strip(colors) {
     const id = `strip-${++strips}`;
     return svg(
         'svg',
         { class: 'strip', viewBox: '0 0 100 10', preserveAspectRatio: 'none', 'aria-hidden': 'true' },
-        title ? svg('title', {}, title) : null,
         svg(
             'defs',
             {},

@@ -5,6 +5,19 @@
  * rotation, one pan, one `set` at most, however fast the mouse reports. */
 
 const RETRY_MS = [300, 700, 1500, 3000, 5000];
+/* What the server takes in one message. */
+const MOST_BYTES = 2 ** 20,
+    TOO_LONG = 'this is more than the server takes in one message (1 MiB)';
+
+/** `whole` with the keys of `part`; objects in it are merged one level deep. */
+export function mergeParts(whole, part) {
+    const out = { ...whole };
+    for (const [key, value] of Object.entries(part)) {
+        const both = [out[key], value].every((v) => v && typeof v === 'object' && !Array.isArray(v));
+        out[key] = both ? { ...out[key], ...value } : value;
+    }
+    return out;
+}
 
 export class Connection extends EventTarget {
     #socket = null;
@@ -25,7 +38,6 @@ export class Connection extends EventTarget {
     constructor(greeting) {
         super();
         this.greeting = greeting;
-        this.lastId = 0;
     }
 
     connect() {
@@ -38,8 +50,8 @@ export class Connection extends EventTarget {
         socket.onopen = () => {
             this.#tries = 0;
             this.#held = 0;
+            this.send(this.greeting()); /* before whatever else is asked for now */
             this.#tell('link', { state: 'open' });
-            this.send(this.greeting());
         };
         socket.onmessage = (message) => this.#receive(message.data);
         socket.onclose = () => this.#lost(socket);
@@ -84,7 +96,10 @@ export class Connection extends EventTarget {
             this.#tell('frame', { header, picture: new Uint8Array(data, 4 + count) });
             return;
         }
-        const event = JSON.parse(data);
+        this.#event(JSON.parse(data));
+    }
+
+    #event(event) {
         const asked = this.#waiting.get(event.id);
         if (asked && (event.event === asked.answer || event.event === 'error')) {
             this.#waiting.delete(event.id);
@@ -103,9 +118,12 @@ export class Connection extends EventTarget {
 
     #send(command) {
         if (!this.open) return 0;
-        const id = this.#nextId++;
-        this.#socket.send(JSON.stringify({ ...command, id }));
-        this.lastId = id;
+        const id = this.#nextId++,
+            text = JSON.stringify({ ...command, id });
+        /* A longer one would end the connection without a word. */
+        if (text.length * 3 > MOST_BYTES && new TextEncoder().encode(text).length > MOST_BYTES)
+            queueMicrotask(() => this.#event({ event: 'error', id, do: command.do, message: TOO_LONG }));
+        else this.#socket.send(text);
         return id;
     }
 
@@ -161,12 +179,7 @@ export class Connection extends EventTarget {
     /** A part of the scene, merged by its keys until the next animation frame. */
     edit(scene, gesture) {
         if (this.#edit && this.#edit.gesture !== gesture) this.#flush();
-        const merged = { ...this.#edit?.scene };
-        for (const [key, value] of Object.entries(scene)) {
-            const both = [merged[key], value].every((v) => v && typeof v === 'object' && !Array.isArray(v));
-            merged[key] = both ? { ...merged[key], ...value } : value;
-        }
-        this.#edit = { do: 'set', scene: merged, ...(gesture ? { gesture } : {}) };
+        this.#edit = { do: 'set', scene: mergeParts(this.#edit?.scene, scene), gesture };
         this.#schedule();
     }
 

@@ -1,8 +1,21 @@
 /* SPDX-License-Identifier: MIT */
-/* Controls made from the rows of the option tables: a label, the row's help as tooltip, its unit, and by its type a switch, a list, a
+/* Controls made from the rows of the option tables: a label, the row's help, its unit, and by its type a switch, a list, a
  * slider with a number beside it, a colour or text. A new row of a table needs nothing here. */
 
-import { field, fromHex, h, hex, short } from './dom.js';
+import { clamp, field, fromHex, h, hex, short } from './dom.js';
+
+/**
+ * What puts a text into a field, unless somebody is typing there: what was given (or refused) may be replaced though the field still has
+ * the focus.
+ */
+function shower(input) {
+    let typing = false;
+    input.addEventListener('input', () => (typing = true));
+    for (const end of ['change', 'blur']) input.addEventListener(end, () => (typing = false));
+    return (text) => {
+        if (!typing && input.value !== text) input.value = text;
+    };
+}
 
 /** How values lie along a slider: logarithmic over some decades, spread towards 0 where what is usual is a small part of what may be. */
 function spacing(minimum, maximum, usual) {
@@ -12,7 +25,23 @@ function spacing(minimum, maximum, usual) {
     return [same, same];
 }
 
-/** A slider and a number that say the same. */
+/** Round numbers that lie close enough along a slider: by digits where it is bent, else of steps of its span, wherever the span lies. */
+function rounding(minimum, maximum, whole, even) {
+    const span = maximum - minimum || 1,
+        unit = 10 ** Math.floor(Math.log10(span / 1000));
+    const digits = Math.ceil(Math.log10(Math.max(Math.abs(minimum), Math.abs(maximum)) / span)) + 4;
+    const round = whole
+        ? Math.round
+        : even
+          ? (x) => Number((Math.round(x / unit) * unit).toPrecision(15))
+          : (x) => Number(x.toPrecision(4));
+    return [round, clamp(digits, 6, 15)];
+}
+
+/**
+ * A slider and a number that say the same. What is told has a phase, as in Edits: a drag is one move however it ends, for a slider that is
+ * let go where it was taken tells no `change`.
+ */
 export function slider({ minimum, maximum, label, whole, usual }, onchange) {
     const [forward, back] = spacing(minimum, maximum, usual);
     const steps = whole && back(2) === 2 ? Math.min(maximum - minimum, 1000) : 1000;
@@ -24,18 +53,28 @@ export function slider({ minimum, maximum, label, whole, usual }, onchange) {
         step: (forward(maximum) - forward(minimum)) / steps,
     });
     const number = h('input', { type: 'number', min: minimum, max: maximum, step: 'any', 'aria-label': label });
-    const round = (x) => (whole ? Math.round(x) : Number(x.toPrecision(4)));
-    let active = false;
-    range.addEventListener('input', () => {
-        const value = Math.min(Math.max(round(back(Number(range.value))), minimum), maximum);
-        number.value = short(value);
-        onchange(value, active ? 'move' : 'start');
-        active = true;
-    });
-    range.addEventListener('change', () => {
+    const [round, digits] = rounding(minimum, maximum, whole, back(2) === 2),
+        show = shower(number);
+    let active = false,
+        keys = false,
+        value = minimum;
+    const end = () => {
+        if (!active) return;
         active = false;
-        onchange(Number(number.value), 'end');
+        for (const kind of ['pointerup', 'pointercancel']) removeEventListener(kind, end);
+        onchange(value, 'end');
+    };
+    range.addEventListener('keydown', () => (keys = true));
+    range.addEventListener('pointerdown', () => (keys = false));
+    range.addEventListener('input', () => {
+        value = clamp(round(back(Number(range.value))), minimum, maximum);
+        number.value = short(value, digits);
+        const phase = keys ? 'key' : active ? 'move' : 'start';
+        if (phase === 'start') for (const kind of ['pointerup', 'pointercancel']) addEventListener(kind, end);
+        active = !keys;
+        onchange(value, phase);
     });
+    for (const kind of ['change', 'blur']) range.addEventListener(kind, end);
     number.addEventListener('change', () => {
         if (number.value !== '' && number.checkValidity()) {
             range.value = forward(Number(number.value));
@@ -43,10 +82,10 @@ export function slider({ minimum, maximum, label, whole, usual }, onchange) {
         }
     });
     const element = h('div', { class: 'slider' }, range, number);
-    element.update = (value) => {
-        if (active || value === undefined || value === null) return;
-        range.value = forward(value);
-        if (document.activeElement !== number) number.value = short(value, 6);
+    element.update = (now) => {
+        if (active || now === undefined || now === null) return;
+        range.value = forward(now);
+        show(short(now, digits));
     };
     return element;
 }
@@ -60,10 +99,9 @@ export function numberInput({ minimum, maximum, label, whole }, onchange) {
         step: whole ? 1 : 'any',
         'aria-label': label,
     });
+    const show = shower(number);
     number.addEventListener('change', () => number.value !== '' && number.checkValidity() && onchange(Number(number.value), 'end'));
-    number.update = (value) => {
-        if (document.activeElement !== number) number.value = value === undefined || value === null ? '' : short(value, 7);
-    };
+    number.update = (value) => show(value === undefined || value === null ? '' : short(value, 7));
     return number;
 }
 
@@ -94,14 +132,19 @@ export function colorInput(onchange, label) {
     let value = [0, 0, 0],
         active = false;
     const change = (phase) => onchange([...fromHex(element.value), ...value.slice(3)], phase);
+    /* A chooser that is left with the colour of its start tells no `change`: then whatever comes next in the page ends it. */
+    const end = () => {
+        if (!active) return;
+        active = false;
+        removeEventListener('pointerdown', end, true);
+        change('end');
+    };
     element.addEventListener('input', () => {
+        if (!active) addEventListener('pointerdown', end, true);
         change(active ? 'move' : 'start');
         active = true;
     });
-    element.addEventListener('change', () => {
-        active = false;
-        change('end');
-    });
+    for (const kind of ['change', 'blur', 'focus', 'keydown']) element.addEventListener(kind, end);
     element.update = (next) => {
         value = next ?? value;
         if (!active) element.value = hex(value);
@@ -115,25 +158,37 @@ export function numbersInput(count, label, onchange, digits = 5) {
     const inputs = Array.from({ length: count }, (_, i) =>
         h('input', { type: 'number', step: 'any', 'aria-label': `${label} ${'xyzuvw'[i]}` }),
     );
-    const element = h('div', { class: 'numbers' }, inputs);
+    const shows = inputs.map(shower),
+        element = h('div', { class: 'numbers' }, inputs);
     element.addEventListener('change', (event) => {
         const values = inputs.map((input, i) => (input === event.target || shown[i] === undefined ? input.valueAsNumber : shown[i]));
         if (values.every(Number.isFinite)) onchange(values, 'end');
     });
     element.update = (values) => {
         shown = values ?? [];
-        inputs.forEach((input, i) => {
-            if (document.activeElement !== input) input.value = shown[i] === undefined ? '' : short(shown[i], digits);
-        });
+        shows.forEach((show, i) => show(shown[i] === undefined ? '' : short(shown[i], digits)));
     };
     return element;
 }
 
 function textInput(label, onchange) {
     const element = h('input', { type: 'text', 'aria-label': label });
+    const show = shower(element);
     element.addEventListener('change', () => onchange(element.value, 'end'));
-    element.update = (value) => document.activeElement !== element && (element.value = value ?? '');
+    element.update = (value) => show(value ?? '');
     return element;
+}
+
+const COLORS = { black: '#000000', white: '#ffffff', gray: '#808080', grey: '#808080', transparent: '#00000000' };
+
+/** A value of a row as its control takes it: a technique's options and colours come as text. */
+function typed({ type }, value) {
+    if (typeof value !== 'string') return value;
+    if (type === 'bool') return /^(true|on|yes|1)$/.test(value);
+    if (type === 'int' || type === 'double') return Number(value);
+    const text = type === 'color' ? (COLORS[value.toLowerCase()] ?? value) : value;
+    if (type === 'color' && text.startsWith('#')) return fromHex(text);
+    return type === 'color' || type.startsWith('vec') ? text.split(',').map(Number) : text;
 }
 
 function control(row, onchange) {
@@ -147,8 +202,8 @@ function control(row, onchange) {
         return bounded
             ? slider({ minimum, maximum, label, whole, usual: Number(row.default) }, onchange)
             : numberInput({ minimum, maximum, label, whole }, onchange);
-    if (type === 'color') return colorInput(onchange, label);
-    if (vector || type === 'size') return numbersInput(vector ? Number(vector[1]) : 2, label, onchange);
+    if (type === 'color') return colorInput((color, phase) => onchange(hex(color), phase), label);
+    if (vector) return numbersInput(Number(vector[1]), label, onchange);
     return textInput(label, onchange);
 }
 
@@ -159,6 +214,6 @@ export function optionControl(row, onchange) {
     const fallback = row.default === null || row.default === undefined ? '' : ` (default ${row.default}${row.unit ? ` ${row.unit}` : ''})`;
     const element = field(name, inner, { help: `${row.help}${fallback}`, unit: row.type === 'bool' ? null : row.unit });
     element.dataset.option = row.name;
-    element.update = (value) => inner.update(value ?? row.default);
+    element.update = (value) => inner.update(typed(row, value ?? row.default));
     return element;
 }

@@ -35,13 +35,18 @@ export function attributes(element, values) {
 /** A labelled row of a form; the label belongs to the control by its id. */
 let ids = 0;
 export function field(label, control, { help, unit } = {}) {
-    const target = control.matches('input, select, textarea, button') ? control : control.querySelector('input, select, textarea, button');
+    const takes = 'input, select, textarea, button';
+    const targets = control.matches(takes) ? [control] : [...control.querySelectorAll(takes)];
+    const [target] = targets;
     if (target && !target.id) target.id = `field-${++ids}`;
+    const words = help ? h('span', { class: 'hidden', id: `help-${++ids}` }, help) : null;
+    if (words) for (const each of targets) each.setAttribute('aria-describedby', words.id);
     return h(
         'div',
         { class: 'field', title: help },
         h('label', { for: target?.id }, label, unit ? h('span', { class: 'unit' }, unit) : null),
         control,
+        words,
     );
 }
 
@@ -66,17 +71,11 @@ const ICONS = {
     slices: 'M3 3 H17 V17 H3 Z M10 3 V17 M3 10 H17',
     measure: 'M2.5 13 L13 2.5 L17.5 7 L7 17.5 Z M5.5 10 L7.5 12 M8 7.5 L9.5 9 M10.5 5 L12.5 7',
     camera: 'M2 6 H6 L7.5 4 H12.5 L14 6 H18 V16 H2 Z M13 10.8 A3 3 0 1 1 7 10.8 A3 3 0 1 1 13 10.8',
-    file: 'M2 5 H8 L10 7 H18 V16 H2 Z',
     save: 'M10 2 V12 M6 8.5 L10 12.5 L14 8.5 M3 13 V17 H17 V13',
-    undo: 'M7 4 L3 8 L7 12 M3 8 H12 A4.5 4.5 0 0 1 12 17 H8',
-    redo: 'M13 4 L17 8 L13 12 M17 8 H8 A4.5 4.5 0 0 0 8 17 H12',
-    help: 'M6.8 7 A3.2 3.2 0 1 1 10 10.4 V12 M10 15 V15.2',
-    theme: 'M10 2.5 A7.5 7.5 0 1 0 10 17.5 A7.5 7.5 0 1 0 10 2.5 M10 2.5 V17.5 M10 5.5 H15.8 M10 8.5 H17.2 M10 11.5 H17.2 M10 14.5 H15.8',
     close: 'M5 5 L15 15 M15 5 L5 15',
     wide: 'M8 5 L3 10 L8 15 M12 5 L17 10 L12 15',
     reset: 'M4 10 A6 6 0 1 0 6 5.5 M6 2 V6 H10',
     folder: 'M2 5 H8 L10 7 H18 V16 H2 Z',
-    volume: 'M10 2 L17 6 V14 L10 18 L3 14 V6 Z M3 6 L10 10 L17 6 M10 10 V18',
     trash: 'M4 6 H16 M8 6 V3.5 H12 V6 M5.5 6 L6.5 17 H13.5 L14.5 6',
     plus: 'M10 4 V16 M4 10 H16',
     flip: 'M3 7 H15 L12 4 M17 13 H5 L8 16',
@@ -87,7 +86,7 @@ export function icon(name) {
     return svg('svg', { class: 'icon', viewBox: '0 0 20 20', 'aria-hidden': 'true' }, svg('path', { d: ICONS[name] }));
 }
 
-/** "#rrggbb" from three numbers 0 to 1, and back. */
+/** "#rrggbb" from three numbers 0 to 1, and back (with "#rrggbbaa", too). */
 export function hex(color) {
     return (
         '#' +
@@ -103,14 +102,14 @@ export function hex(color) {
 }
 
 export function fromHex(text) {
-    return [1, 3, 5].map((at) => parseInt(text.slice(at, at + 2), 16) / 255);
+    return [1, 3, 5, 7].filter((at) => at < text.length).map((at) => parseInt(text.slice(at, at + 2), 16) / 255);
 }
 
 /** A number for people: about four digits, no tail of zeros. */
 export function short(value, digits = 4) {
     if (!Number.isFinite(value)) return String(value);
     const size = Math.abs(value);
-    if (size !== 0 && (size >= 1e6 || size < 1e-4)) return value.toExponential(2).replace(/\.?0+e/, 'e');
+    if (size !== 0 && (size >= 1e6 || size < 1e-4)) return value.toExponential(digits - 1).replace(/\.?0+e/, 'e');
     return String(Number(value.toPrecision(digits)));
 }
 

@@ -5,15 +5,15 @@ import { button, h } from './dom.js';
 import { select } from './controls.js';
 import { watch } from './store.js';
 
-/** Names of the presets in a text, JSON or XML; [] where they have none. */
-export function presetNames(text) {
+/** The presets in a text, JSON or XML, that have names: each with the text of it alone. [] where there are none. */
+export function presetsOf(text) {
     if (/^\s*</.test(text)) {
-        const maps = new DOMParser().parseFromString(text, 'text/xml').querySelectorAll('ColorMap');
-        return [...maps].map((map) => map.getAttribute('name')).filter(Boolean);
+        const maps = new DOMParser().parseFromString(text, 'text/xml').querySelectorAll('ColorMap[name]');
+        return [...maps].map((map) => ({ name: map.getAttribute('name'), text: `<ColorMaps>${map.outerHTML}</ColorMaps>` }));
     }
     try {
-        const found = [JSON.parse(text)].flat();
-        return found.map((preset) => preset?.Name).filter((name) => typeof name === 'string');
+        const named = [JSON.parse(text)].flat().filter((preset) => typeof preset?.Name === 'string');
+        return named.map((preset) => ({ name: preset.Name, text: JSON.stringify([preset]) }));
     } catch {
         return []; /* the session says in words what is wrong with it */
     }
@@ -22,20 +22,21 @@ export function presetNames(text) {
 /** Whether a dropped text is a ParaView preset, not a scene. */
 export const isPreset = (text) => /^\s*</.test(text) || /"(RGBPoints|IndexedColors)"/.test(text);
 
-/** Imports the text of a file; of several presets one is asked for. */
+/** Imports the text of a file; of several presets one is asked for, and it alone is sent: there are files of many. */
 export function importColors(app, text, file) {
-    const names = presetNames(text);
-    if (names.length < 2) {
+    const presets = presetsOf(text);
+    if (presets.length < 2) {
         app.sendAbout({ do: 'import', text }, file);
         return;
     }
     const panel = document.getElementById('panel-transfer').querySelector('.presets');
-    const choices = [['', `choose one of ${names.length}`], ...names.map((name) => [name, name])];
-    const choice = select(choices, (name) => name && app.sendAbout({ do: 'import', text, name }, file), 'Preset of the file');
+    const choices = [['', `choose one of ${presets.length}`], ...presets.map(({ name }, i) => [i, name])];
+    const choose = (i) => i !== '' && app.sendAbout({ do: 'import', text: presets[i].text }, file);
+    const choice = select(choices, choose, 'Preset of the file');
     panel.replaceChildren(choice);
     app.showPanel('transfer');
     choice.focus();
-    app.messages.tell(`${file} has ${names.length} presets: choose one in the panel Transfer function.`);
+    app.messages.tell(`${file} has ${presets.length} presets: choose one in the panel Transfer function.`);
 }
 
 /** The buttons in the panel. */

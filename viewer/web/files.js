@@ -6,6 +6,9 @@ import { select } from './controls.js';
 import { get, watch } from './store.js';
 import { importColors, isPreset } from './exchange.js';
 
+/* Of a file that may hold presets: ParaView's own list of them is 1.5 MB. */
+const MOST_TEXT = 2 ** 25;
+
 /** Why an upload was refused, where the server did not say. */
 function refusal(status) {
     return status === 413 ? 'it is larger than the server takes' : `the server refused it (${status})`;
@@ -36,7 +39,7 @@ function dataFile(text) {
 
 /** A volume or scene is sent and opened, a ParaView preset becomes the transfer function. */
 async function take(app, file) {
-    const small = /\.(json|xml)$/i.test(file.name) && file.size < 2 ** 20;
+    const small = /\.(json|xml)$/i.test(file.name) && file.size < MOST_TEXT;
     const text = small ? await file.text() : '';
     const apart = /\.(mhd|nhdr)$/i.test(file.name) && dataFile(await file.slice(0, 65536).text());
     if (apart)
@@ -87,9 +90,11 @@ export function filesPanel(app) {
         if (picker.files[0]) take(app, picker.files[0]);
         picker.value = '';
     });
+    let here = undefined;
     const browse = async (path) => {
         const found = await app.guard(app.connection.ask({ do: 'list', ...(path ? { path } : {}) }, 'files'));
         if (!found) return;
+        here = path;
         where.textContent = found.path ?? 'Folders of the server';
         const up = found.path ? [{ name: '..', path: found.parent, folder: true }] : [];
         list.replaceChildren(
@@ -104,9 +109,9 @@ export function filesPanel(app) {
                             class: 'file',
                             title: entry.path ?? '',
                             onclick: () =>
-                                entry.folder ? browse(entry.path) : app.guard(app.connection.send({ do: 'open', path: entry.path })),
+                                entry.folder ? browse(entry.path) : app.connection.send({ do: 'open', path: entry.path }),
                         },
-                        icon(entry.folder ? 'folder' : 'volume'),
+                        icon(entry.folder ? 'folder' : 'surface'),
                         h('span', { class: 'grow' }, entry.name),
                         entry.folder || !entry.bytes ? null : h('span', { class: 'small-text' }, bytes(entry.bytes)),
                     ),
@@ -115,13 +120,8 @@ export function filesPanel(app) {
         );
         if (!found.entries.length) list.append(h('li', { class: 'hint' }, 'Nothing here that can be opened.'));
     };
-    let listed = false;
-    watch(['panel', 'link'], () => {
-        if (get('panel') === 'file' && get('link')?.state === 'open' && !listed) {
-            listed = true;
-            browse();
-        }
-    });
+    /* Listed again each time that the panel is opened, and when the connection came back: files come and go. */
+    watch(['panel', 'link'], () => get('panel') === 'file' && get('link')?.state === 'open' && browse(here));
     const about = h('dl', { class: 'facts' }),
         notes = h('ul', { class: 'notes' }),
         arrays = h('div', {});
@@ -131,7 +131,7 @@ export function filesPanel(app) {
         notes.replaceChildren(...(volume.notes ?? []).map((note) => h('li', {}, note)));
         const names = (volume.arrays ?? []).map((a) => a.name ?? a);
         const choice = select(names, (array) => app.connection.send({ do: 'open', path: volume.path, array }), 'Array');
-        choice.update(volume.array ?? volume.name);
+        choice.update(volume.array || volume.name);
         arrays.replaceChildren(...(names.length > 1 ? [choice] : []));
     });
     return h(

@@ -17,25 +17,34 @@ export function along(toPixels, point, direction, step, drag) {
 /** A drag of a handle: calls move(pixels moved since the press, phase). */
 export function draggable(element, move) {
     let from = null,
+        pointer = 0,
         phase = 'start';
+    const go = (event) => {
+        if (event.pointerId !== pointer) return;
+        move([event.clientX - from[0], event.clientY - from[1]], phase);
+        phase = 'move';
+    };
+    const lift = (event) => {
+        if (event.pointerId !== pointer) return;
+        listen(removeEventListener);
+        if (phase === 'move') move([event.clientX - from[0], event.clientY - from[1]], 'end');
+        from = null;
+    };
+    /* Of the window: the handle may go under the hand, when another page removes what it belongs to. */
+    const listen = (how) => {
+        how('pointermove', go);
+        for (const end of ['pointerup', 'pointercancel']) how(end, lift);
+    };
     element.addEventListener('pointerdown', (event) => {
-        from = [event.clientX, event.clientY];
-        phase = 'start';
-        element.setPointerCapture(event.pointerId);
         event.stopPropagation();
         event.preventDefault();
+        if (from) return; /* a second finger */
+        from = [event.clientX, event.clientY];
+        pointer = event.pointerId;
+        phase = 'start';
+        element.setPointerCapture(pointer);
+        listen(addEventListener);
     });
-    element.addEventListener('pointermove', (event) => {
-        if (from) {
-            move([event.clientX - from[0], event.clientY - from[1]], phase);
-            phase = 'move';
-        }
-    });
-    for (const end of ['pointerup', 'pointercancel'])
-        element.addEventListener(end, (event) => {
-            if (from && phase === 'move') move([event.clientX - from[0], event.clientY - from[1]], 'end');
-            from = null;
-        });
 }
 
 /** A handle stays in reach where its face is outside the picture or under the bar at the top: a drag is relative and works from there. */

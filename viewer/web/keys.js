@@ -13,10 +13,12 @@ const MOUSE = [
     ['Ctrl left drag', 'rolls'],
     ['Double click', 'the focal point goes there'],
     ['One finger, two fingers', 'turns; pans, zooms and rolls'],
+    ['Tap', 'tells what is there (panel Probe and measure)'],
 ];
 const SLICE = [
     ['Left drag, arrows', 'move the cross-hair'],
     ['Wheel, Page Up, Page Down', 'step through; Shift ten at once'],
+    ['Space', 'marks the cross-hair for a distance'],
     ['Right drag', 'window and level'],
     ['Middle or Shift drag, Ctrl arrows', 'pan'],
     ['Ctrl wheel, +  −', 'zoom'],
@@ -29,7 +31,7 @@ const EDITOR = [
     ['Double click', 'adds a point, on the bar a colour'],
     ['Right click, Delete', 'removes it'],
     ['Wheel, drag beside', 'zooms values, pans'],
-    ['Page Up, Page Down', 'choose a point'],
+    ['Page Up, Page Down', 'choose a point, a colour, an isovalue'],
     ['Arrows', 'move it; Shift far, Ctrl fine'],
     ['Insert', 'adds one after it'],
 ];
@@ -61,6 +63,7 @@ export class Keys {
             ['Ctrl Z', 'undo', (e) => this.#ctrl(e, 'z') && !e.shiftKey, () => app.undo()],
             ['Ctrl Shift Z, Ctrl Y', 'redo', (e) => (this.#ctrl(e, 'z') && e.shiftKey) || this.#ctrl(e, 'y'), () => app.redo()],
             ['Ctrl S', 'save the picture', (e) => this.#ctrl(e, 's'), () => app.savePicture()],
+            ['Space', 'marks what is in the middle, for a distance', (e) => this.#space(e), () => app.measureClick({ at: [0.5, 0.5] }, true)],
             ['M', 'measure a distance', 'm', () => set({ tool: get('tool') === 'measure' ? 'turn' : 'measure' })],
             ['S', 'three slices on or off', 's', () => set({ layout: get('layout') === 'four' ? 'one' : 'four' })],
             ['H', 'hide or show axes, scale bar and legend', 'h', () => prefer({ overlays: !get('preferences').overlays })],
@@ -72,6 +75,11 @@ export class Keys {
 
     #ctrl(event, key) {
         return (event.ctrlKey || event.metaKey) && event.key.toLowerCase() === key;
+    }
+
+    /** On controls it presses them. */
+    #space({ key, target }) {
+        return key === ' ' && Boolean(target.closest?.('pel-picture'));
     }
 
     #arrow({ key }) {

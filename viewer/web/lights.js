@@ -48,7 +48,7 @@ function ball(app, label, onchange) {
         dot_,
     );
     let direction = [0, 0, 1],
-        down = false,
+        down = null,
         moved = false;
     const place = (event, phase) => {
         const box = element.getBoundingClientRect(),
@@ -64,26 +64,28 @@ function ball(app, label, onchange) {
         );
     };
     element.addEventListener('pointerdown', (event) => {
+        event.preventDefault();
+        if (down !== null) return; /* a second finger */
         element.setPointerCapture(event.pointerId);
         element.focus({ preventScroll: true });
-        [down, moved] = [true, false];
-        event.preventDefault();
+        [down, moved] = [event.pointerId, false];
     });
     element.addEventListener('pointermove', (event) => {
-        if (!down) return;
+        if (down !== event.pointerId) return;
         place(event, moved ? 'move' : 'start');
         moved = true;
     });
     for (const end of ['pointerup', 'pointercancel'])
         element.addEventListener(end, (event) => {
-            if (down) place(event, 'end');
-            down = false;
+            if (down !== event.pointerId) return;
+            place(event, 'end');
+            down = null;
         });
     element.addEventListener('keydown', (event) => {
         const { view } = app.overlay;
         const [axis, sign] = TURNS[event.key] ?? [];
         if (!axis || !view) return;
-        onchange(unit(turned(direction, view[axis], sign * STEP * (event.shiftKey ? 3 : 1))), 'end');
+        onchange(unit(turned(direction, view[axis], sign * STEP * (event.shiftKey ? 3 : 1))), 'key');
         event.preventDefault();
         event.stopPropagation();
     });

@@ -16,6 +16,7 @@ import { connection, picture, wanted } from './begin.js';
 import { cameraPanel } from './camera-panel.js';
 import { clipPanel } from './clip.js';
 import { get, prefer, set, watch } from './store.js';
+import { keepFocus } from './focus.js';
 import { lightsPanel } from './lights.js';
 import { renderPanel } from './render-panel.js';
 import { stretch } from './transfer-model.js';
@@ -29,7 +30,7 @@ const UPLOADED = /\S*\/pellucid-view-\w+\/\d+\//g;
 const $ = (id) => document.getElementById(id);
 
 const edits = new Edits(connection);
-const subjects = new Map();
+let subject = { id: 0, name: '' };
 const meter = new Meter();
 
 /** What the parts share. */
@@ -43,16 +44,21 @@ const app = {
         try {
             return await promise;
         } catch (error) {
-            app.messages.error(error.message);
+            app.complain(error.message);
             return undefined;
         }
     },
 
+    /** What the server says is wrong. That something ended as it was asked to is nothing wrong. */
+    complain(message, name) {
+        const text = message.replace(UPLOADED, '');
+        if (/\bcancelled$/.test(text)) app.messages.tell('Cancelled.');
+        else app.messages.error(name ? `${name}: ${text}` : text);
+    },
+
     /** A command that ends in a file: asks, then saves it. */
     async download(command) {
-        set({ busy: command.do });
         const file = await app.guard(connection.ask(command, 'download'));
-        set({ busy: null });
         app.progress.hide();
         if (!file) return;
         const link = document.createElement('a');
@@ -63,7 +69,7 @@ const app = {
 
     /** A command with the text of a file: what is wrong with it is told under the file's name. */
     sendAbout(command, name) {
-        subjects.set(connection.send(command), name);
+        subject = { id: connection.send(command), name };
     },
 
     look(axis, sign) {
@@ -74,8 +80,8 @@ const app = {
         set({ panel: name });
     },
 
-    measureClick(place) {
-        measureClick(app, place);
+    measureClick(place, spoken) {
+        measureClick(app, place, spoken);
     },
 
     undo() {
@@ -88,8 +94,6 @@ const app = {
 
     /** A mode; what it needs and is not there yet is chosen by the session. */
     setMode(mode) {
-        const scene = get('scene');
-        if (mode === 'isosurface' && !scene?.isosurfaces?.length) connection.send({ do: 'automatic', what: 'isosurfaces' });
         edits.apply({ render: { mode } });
     },
 
@@ -104,7 +108,11 @@ app.messages = new Messages($('messages'), $('banner'), () => connection.connect
 app.progress = new Progress($('progress'));
 app.probe = new Probe(app);
 app.trackball = new Trackball(picture, connection, {
-    click: (at) => get('tool') === 'measure' && app.measureClick({ at }),
+    click: (at, event) => {
+        if (get('tool') === 'measure') app.measureClick({ at });
+        else if (event.pointerType === 'touch') app.probe.hover({ at });
+    },
+    twice: (at) => get('tool') !== 'measure' && connection.send({ do: 'focus', at, gesture: connection.newGesture() }),
     hover: (at) => app.probe.hover(at && { at }),
 });
 app.overlay = new Overlay(app, picture);
@@ -127,7 +135,7 @@ for (const panel of [
     { name: 'slices', title: 'Slices', icon: 'slices', key: 'L', content: slicesPanel(app) },
     { name: 'measure', title: 'Probe and measure', short: 'Measure', icon: 'measure', key: 'P', content: measurePanel(app) },
     { name: 'camera', title: 'Camera and view', short: 'Camera', icon: 'camera', key: 'V', content: cameraPanel(app) },
-    { name: 'file', title: 'File', icon: 'file', key: 'D', content: filesPanel(app) },
+    { name: 'file', title: 'File', icon: 'folder', key: 'D', content: filesPanel(app) },
     { name: 'save', title: 'Save', icon: 'save', key: 'W', content: savePanel(app) },
 ])
     app.panels.add(panel);
@@ -137,15 +145,24 @@ statusLine($('status'));
 
 /* ---- what the server says ---- */
 
+/** All of a `volume` event but the histogram, which is counted later. */
+const facts = ({ histogram, id, ...rest }) => JSON.stringify(rest);
+
+/** Another volume; or the one that is there, told again because its histogram is counted or the connection came back. */
+function volume(event) {
+    const again = get('volume') && facts(event) === facts(get('volume'));
+    if (!again) set({ volume: event, histogram: event.histogram });
+    else if (event.histogram) set({ histogram: event.histogram });
+}
+
 const told = {
     hello: (event) => set({ hello: event, devices: event }),
     devices: (event) => set({ devices: event }),
-    volume: (event) => set({ volume: event, cursor: null }),
+    volume,
     state: (event) => edits.state(event),
-    error: ({ id, message }) => {
-        const name = subjects.get(id);
-        const text = message.replace(UPLOADED, '');
-        app.messages.error(name ? `${name}: ${text}` : text);
+    error: ({ id, message, do: kind }) => {
+        if (kind === 'set') edits.refused();
+        app.complain(message, id && id === subject.id ? subject.name : '');
     },
     progress: ({ what, done }) => {
         if (done >= 1) app.progress.hide();
@@ -160,7 +177,9 @@ const told = {
 connection.addEventListener('event', ({ detail }) => told[detail.event]?.(detail));
 connection.addEventListener('link', ({ detail }) => {
     set({ link: detail });
-    if (detail.state !== 'open') edits.drop();
+    if (detail.state === 'open') return;
+    edits.drop();
+    app.progress.hide();
 });
 connection.addEventListener('frame', async ({ detail: { header, picture: data } }) => {
     const target = header.view === 'main' ? picture : app.slices.pictures[header.view];
@@ -184,6 +203,7 @@ let resizing = 0;
 function resize() {
     clearTimeout(resizing);
     resizing = setTimeout(() => connection.open && picture.clientWidth > 0 && connection.send({ do: 'size', size: wanted() }), RESIZE_MS);
+    app.editor.draw();
 }
 picture.addEventListener('resized', resize);
 let resolution = get('preferences').resolution;
@@ -202,11 +222,11 @@ watch(['volume'], () => {
     document.title = `${file} – Pellucid`;
 });
 watch(['undo', 'redo'], () => {
-    $('undo').disabled = !get('undo');
-    $('redo').disabled = !get('redo');
+    /* Not `disabled`: that would take the focus from under the keyboard. */
+    for (const name of ['undo', 'redo']) $(name).setAttribute('aria-disabled', String(!get(name)));
 });
-$('undo').addEventListener('click', () => app.undo());
-$('redo').addEventListener('click', () => app.redo());
+for (const name of ['undo', 'redo']) $(name).addEventListener('click', () => get(name) && app[name]());
+keepFocus($('panels'));
 $('help-button').addEventListener('click', () => app.keys.help());
 $('theme').addEventListener('click', () => {
     const dark = getComputedStyle(document.documentElement).colorScheme.includes('dark');

@@ -10,41 +10,68 @@ const PAUSE_MS = 60;
 
 export const worldUnit = () => get('volume')?.units || (get('volume')?.space === 'unknown' ? '' : 'mm');
 
+/** NaN, of samples that were not measured, comes as null. */
+const valueOf = ({ value }) => (value === null ? 'no value' : `value ${short(value)}`);
+
 /** What a probe found, as one line. */
 export function describe(probe) {
     const index = probe.index?.map((i) => Math.round(i)).join(', '),
         world = probe.world?.map((x) => short(x)).join(', ');
-    return `value ${short(probe.value)}   voxel ${index}   at ${world} ${worldUnit()}`;
+    return `${valueOf(probe)}   voxel ${index}   at ${world} ${worldUnit()}`;
 }
 
-/** Asks what is under the pointer, one question at a time; only the newest place matters. */
+/** Asks what is under the pointer, one question at a time; only the newest place, in the newest picture, matters. */
 export class Probe {
     #busy = false;
-    #next = undefined;
+    #place = null; /* where the pointer is */
+    #due = false; /* it is to be asked what is there */
+    #era = 0; /* answers to questions of an earlier one are no more true */
+    #camera = '';
 
     constructor(app) {
         this.app = app;
         this.opacity = 0.1;
+        watch(['volume'], () => this.hover(null));
+        watch(['scene'], () => this.#place?.at && this.#again());
+        app.picture.addEventListener('drawn', ({ detail }) => this.#drawn(detail));
     }
 
     /** @param {{at: number[]}|{world: number[]}|null} place  of the main picture, or in the world */
     hover(place) {
-        if (!place || place.at?.some((x) => x < 0 || x > 1)) {
-            this.#next = undefined;
-            set({ cursor: null });
-            return;
-        }
-        this.#next = place;
-        if (!this.#busy) this.#ask();
+        this.#place = place && !place.at?.some((x) => x < 0 || x > 1) ? place : null;
+        this.#due = Boolean(this.#place);
+        if (!this.#place) this.#forget();
+        else if (!this.#busy) this.#ask();
+    }
+
+    #forget() {
+        this.#era++;
+        set({ cursor: null });
+    }
+
+    #again() {
+        this.#era++;
+        this.hover(this.#place);
+    }
+
+    /** Under a pointer that rests the picture may move (keys, the wheel, another page): what was there is gone, what comes is asked for. */
+    #drawn({ camera, quality }) {
+        const now = JSON.stringify(camera);
+        if (!this.#place?.at) this.#camera = now;
+        if (now === this.#camera) return;
+        this.#forget();
+        this.#camera = quality === 'moving' ? '' : now; /* '': also where it comes back to where it was */
+        if (quality === 'moving') return;
+        this.#again();
     }
 
     async #ask() {
         this.#busy = true;
-        while (this.#next && this.app.connection.open) {
-            const place = this.#next;
-            this.#next = undefined;
-            const found = await this.find(place).catch(() => null);
-            set({ cursor: found?.hit ? found : null });
+        while (this.#due && this.app.connection.open) {
+            const era = this.#era;
+            this.#due = false;
+            const found = await this.find(this.#place).catch(() => null);
+            if (era === this.#era) set({ cursor: found?.hit ? found : null });
             await new Promise((done) => setTimeout(done, PAUSE_MS));
         }
         this.#busy = false;
@@ -81,8 +108,8 @@ class Layer {
 
 export const distance = (from, to) => `${short(length(sub(to.world, from.world)))} ${worldUnit()}`.trim();
 
-/** A click with the tool: the first place, then the second. */
-export async function measureClick(app, place) {
+/** A click with the tool: the first place, then the second. `spoken`: told in words, for a hand on the keys. */
+export async function measureClick(app, place, spoken = false) {
     const found = place.world ? { hit: true, ...place } : await app.guard(app.probe.find(place));
     if (!found) return;
     if (!found.hit) {
@@ -91,6 +118,7 @@ export async function measureClick(app, place) {
     }
     const { list, first } = get('measures');
     set({ measures: first ? { list: [...list, { from: first, to: found }], first: null } : { list, first: found } });
+    if (spoken) app.messages.tell(first ? `Distance ${distance(first, found)}` : 'The first place is marked. Space marks the second.');
 }
 
 export function measurePanel(app) {
@@ -133,7 +161,7 @@ export function measurePanel(app) {
         const cursor = get('cursor');
         const facts = cursor
             ? [
-                  ['Value', short(cursor.value, 6)],
+                  ['Value', cursor.value === null ? 'no value' : short(cursor.value, 6)],
                   ['Voxel', cursor.index.map((x) => short(x)).join(', ')],
                   ['World', `${cursor.world.map((x) => short(x)).join(', ')} ${worldUnit()}`],
               ]

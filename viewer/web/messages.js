@@ -1,32 +1,33 @@
 /* SPDX-License-Identifier: MIT */
-/* What is wrong, or was done, in words: notes that go by themselves, errors that stay until they are read, and the line about the
- * connection. */
+/* What is wrong, or was done, in words: notes, and errors that stay longer; both go by themselves or when they are dismissed. And the line
+ * about the connection, which stays as long as there is none. */
 
 import { button, h } from './dom.js';
 import { get, watch } from './store.js';
 
 const NOTE_MS = 5000,
     ERROR_MS = 15000;
+const LOST =
+    'The connection to the server was lost. Trying again. ' +
+    'If it stays so, start “pellucid view” again and open the address that it prints.';
+const REFUSED = 'The server refuses this address: its token is another one. Open the address that “pellucid view” printed last.';
 
 export class Messages {
-    #texts = new Map();
-
     constructor(host, banner, reconnect) {
         this.host = host;
         this.banner = banner;
+        this.text = '';
         watch(['link'], () => this.#link(reconnect));
     }
 
     #show(text, kind, stay) {
-        const before = this.#texts.get(text);
-        if (before?.isConnected) before.remove();
+        for (const before of [...this.host.children]) if (before.firstChild.textContent === text) before.remove();
         const note = h(
             'div',
             { class: `message ${kind}`, role: kind === 'error' ? 'alert' : 'status' },
             h('span', {}, text),
             button('', () => note.remove(), { icon: 'close', kind: 'plain', title: 'Dismiss' }),
         );
-        this.#texts.set(text, note);
         this.host.append(note);
         while (this.host.children.length > 4) this.host.firstChild.remove();
         setTimeout(() => note.remove(), stay);
@@ -41,16 +42,12 @@ export class Messages {
     }
 
     #link(reconnect) {
-        const { state, wait } = get('link');
-        const text = {
-            connecting: get('hello') ? 'Connecting again…' : '',
-            open: '',
-            lost:
-                `The connection to the server was lost. Trying again${wait > 1000 ? ` every ${Math.round(wait / 1000)} s` : ''}. ` +
-                'If it stays so, start “pellucid view” again and open the address that it prints.',
-            refused: 'The server refuses this address: its token is another one. Open the address that “pellucid view” printed last.',
-        }[state];
+        const text = { open: '', lost: LOST, refused: REFUSED }[get('link').state];
+        /* While it is tried again the words stay as they are: a reader of the screen would read them out at each try. */
+        if (text === undefined || text === this.text) return;
+        if (text === LOST && this.text === REFUSED) return;
+        this.text = text;
         this.banner.hidden = !text;
-        this.banner.replaceChildren(text, ...(text && state !== 'connecting' ? [button('Try now', reconnect, { kind: 'small' })] : []));
+        this.banner.replaceChildren(text, ...(text ? [button('Try now', reconnect, { kind: 'small' })] : []));
     }
 }

@@ -7,16 +7,23 @@ import { axisNames, dot, roundStep, ticks, View } from './geometry.js';
 import { get, watch } from './store.js';
 import { evaluate } from './transfer-model.js';
 
-const AXIS_COLORS = ['#ff6b6b', '#6bd968', '#6fa8ff'];
 const AXIS_RADIUS = 38;
 
-/** A bar of a round length. Parallel: exact everywhere. Perspective: as long as it says in the focal plane, which is told. */
+/** The six ends of the axes. */
+const ENDS = ['x', 'y', 'z'].flatMap((name, axis) =>
+    [1, -1].map((sign) => ({ name, axis, sign, direction: [0, 1, 2].map((i) => (i === axis ? sign : 0)) })),
+);
+
+/**
+ * A bar of a round length. Parallel: exact everywhere. Perspective: as long as it says in the focal plane, which is told; in short where
+ * there is no room.
+ */
 export function updateScaleBar(host, view, picture) {
     const perPixel = (2 * view.halfHeight) / picture.area.height;
     const world = roundStep(Math.min(160, picture.clientWidth / 4) * perPixel);
     const unit = get('volume').units || (get('volume').space === 'unknown' ? 'units' : 'mm');
-    const exact = view.parallel || picture.clientWidth < 320; /* no room to say it */
-    const text = `${short(world)} ${unit}${exact ? '' : ' in the focal plane'}`;
+    const place = view.parallel ? '' : picture.clientWidth < 320 ? ' at focus' : ' in the focal plane';
+    const text = `${short(world)} ${unit}${place}`;
     if (!host.children.length) host.append(h('div', { class: 'bar' }), h('div', {}));
     const [bar, label] = host.children;
     bar.style.width = `${(world / perPixel).toFixed(1)}px`;
@@ -26,6 +33,7 @@ export function updateScaleBar(host, view, picture) {
 export class Overlay {
     #layers = [];
     #view = null;
+    #ends = [];
 
     constructor(app, picture) {
         this.app = app;
@@ -35,6 +43,12 @@ export class Overlay {
         this.scaleBar = h('div', { class: 'scale-bar', 'aria-hidden': 'true' });
         this.legend = h('div', { class: 'legend', 'aria-hidden': 'true' });
         picture.append(this.svg, this.axes, this.scaleBar, this.legend);
+        /* The ends stay the same elements from frame to frame, or a click on one would be lost when a frame comes in its middle. */
+        this.axes.addEventListener('click', (event) => {
+            const { name, sign } = this.#ends.find(({ group }) => group.contains(event.target)) ?? {};
+            if (name) app.look(name, sign);
+        });
+        watch(['volume'], () => this.#nameAxes());
         picture.addEventListener('drawn', () => this.update());
         picture.addEventListener('resized', () => this.update());
         watch(['scene', 'volume'], () => this.#legend());
@@ -83,47 +97,35 @@ export class Overlay {
         this.picture.dataset.ground = 0.3 * r + 0.59 * g + 0.11 * b > 0.5 ? 'light' : 'dark';
     }
 
+    #nameAxes() {
+        const names = axisNames(get('volume').space);
+        this.#ends = ENDS.map((end) => {
+            const letter = names[end.axis][end.sign > 0 ? 0 : 1],
+                strong = end.sign > 0 || letter;
+            const line = strong ? svg('line', { x1: 0, y1: 0, 'stroke-width': end.sign > 0 ? 3 : 1.5 }) : null,
+                knob = svg('circle', { r: strong ? 10 : 6, 'stroke-width': 1.5 }),
+                text = letter ? svg('text', { 'text-anchor': 'middle' }, letter) : null;
+            const title = svg('title', {}, `Look from ${letter || `−${end.name}`}`);
+            const side = end.sign > 0 ? 'front' : 'back';
+            const group = svg('g', { class: `axis-end axis-${end.axis} ${side}`, 'data-handle': 'axis' }, title, line, knob, text);
+            return { ...end, group, line, knob, text };
+        });
+        this.axes.replaceChildren(...this.#ends.map(({ group }) => group));
+    }
+
     #axes() {
-        const names = axisNames(get('volume').space),
-            { right, up, forward } = this.#view;
-        const ends = [0, 1, 2]
-            .flatMap((axis) =>
-                [1, -1].map((sign) => {
-                    const direction = [0, 1, 2].map((i) => (i === axis ? sign : 0));
-                    return {
-                        axis,
-                        sign,
-                        x: dot(direction, right) * AXIS_RADIUS,
-                        y: -dot(direction, up) * AXIS_RADIUS,
-                        depth: dot(direction, forward),
-                    };
-                }),
-            )
-            .sort((a, b) => b.depth - a.depth);
-        this.axes.replaceChildren(
-            ...ends.map(({ axis, sign, x, y, depth }) => {
-                const letter = names[axis][sign > 0 ? 0 : 1],
-                    color = AXIS_COLORS[axis];
-                const strong = sign > 0 || names[axis][1];
-                const end = svg(
-                    'g',
-                    { class: 'axis-end', 'data-handle': 'axis', opacity: (0.75 - 0.25 * depth).toFixed(2) },
-                    svg('title', {}, `Look from ${letter || `−${names[axis][0]}`}`),
-                    strong ? svg('line', { x1: 0, y1: 0, x2: x, y2: y, stroke: color, 'stroke-width': sign > 0 ? 3 : 1.5 }) : null,
-                    svg('circle', {
-                        cx: x,
-                        cy: y,
-                        r: strong ? 10 : 6,
-                        fill: sign > 0 ? color : '#20262e',
-                        stroke: color,
-                        'stroke-width': 1.5,
-                    }),
-                    letter ? svg('text', { x, y: y + 4, 'text-anchor': 'middle', fill: sign > 0 ? '#101418' : color }, letter) : null,
-                );
-                end.addEventListener('click', () => this.app.look('xyz'[axis], sign));
-                return end;
-            }),
-        );
+        const { right, up, forward } = this.#view;
+        for (const { direction, group, line, knob, text } of this.#ends) {
+            const x = dot(direction, right) * AXIS_RADIUS,
+                y = -dot(direction, up) * AXIS_RADIUS;
+            if (line) attributes(line, { x2: x, y2: y });
+            attributes(knob, { cx: x, cy: y });
+            if (text) attributes(text, { x, y: y + 4 });
+            attributes(group, { opacity: 0.75 - 0.25 * dot(direction, forward) });
+        }
+        /* The nearer ones over the others; moved only where that changes. */
+        const sorted = this.#ends.toSorted((a, b) => dot(b.direction, forward) - dot(a.direction, forward)).map(({ group }) => group);
+        if (sorted.some((group, i) => this.axes.children[i] !== group)) this.axes.replaceChildren(...sorted);
     }
 
     /** The colours of the values that have a colour; in isosurface mode, the surfaces. */

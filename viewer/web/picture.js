@@ -6,6 +6,7 @@ export class Picture extends HTMLElement {
     #canvas = document.createElement('canvas');
     #context = this.#canvas.getContext('2d', { alpha: false });
     #bitmap = null;
+    #seen = [0, 0]; /* width and height when it was seen last */
     #observer = new ResizeObserver(() => this.#resized());
 
     /** Header of the frame that is seen, or null. */
@@ -15,6 +16,7 @@ export class Picture extends HTMLElement {
         this.#canvas.setAttribute('aria-hidden', 'true');
         this.prepend(this.#canvas);
         this.#observer.observe(this);
+        this.#watchRatio();
         /* A browser takes the focus that a hand's press gives for a keyboard's, and would frame the picture. */
         this.addEventListener('pointerdown', () => this.classList.add('by-hand'), true);
         for (const kind of ['keydown', 'blur']) this.addEventListener(kind, () => this.classList.remove('by-hand'));
@@ -24,14 +26,26 @@ export class Picture extends HTMLElement {
         this.#observer.disconnect();
     }
 
-    get canvas() {
-        return this.#canvas;
+    /** A window that goes to another screen may keep its size in CSS pixels, of which the observer tells. */
+    #watchRatio() {
+        const media = matchMedia(`(resolution: ${window.devicePixelRatio || 1}dppx)`);
+        const change = () => {
+            if (!this.isConnected) return;
+            this.#watchRatio();
+            this.#resized();
+        };
+        media.addEventListener('change', change, { once: true });
     }
 
-    /** The size to ask the server for: device pixels times `part`. */
-    wanted(part = 1) {
-        const factor = (window.devicePixelRatio || 1) * part;
-        return [this.clientWidth, this.clientHeight].map((length) => Math.min(Math.max(Math.round(length * factor), 16), 8192));
+    /**
+     * The size to ask the server for: device pixels times `part`, less where that is more than it draws. Of a picture that is not seen
+     * now, as it was last.
+     */
+    wanted(part = 1, { side = 8192, pixels = 2 ** 25 } = {}) {
+        const lengths = this.clientWidth > 0 ? [this.clientWidth, this.clientHeight] : this.#seen;
+        const [width, height] = lengths.map((length) => Math.max(length * (window.devicePixelRatio || 1) * part, 16));
+        const less = Math.min(1, side / Math.max(width, height), Math.sqrt(pixels / (width * height)));
+        return [width, height].map((length) => (less < 1 ? Math.max(Math.floor(length * less), 16) : Math.round(length)));
     }
 
     /** Where the picture lies in this element, in CSS pixels: {x, y, width, height}. */
@@ -63,6 +77,7 @@ export class Picture extends HTMLElement {
     }
 
     #resized() {
+        if (this.clientWidth > 0) this.#seen = [this.clientWidth, this.clientHeight];
         const ratio = window.devicePixelRatio || 1;
         const width = Math.max(Math.round(this.clientWidth * ratio), 1),
             height = Math.max(Math.round(this.clientHeight * ratio), 1);

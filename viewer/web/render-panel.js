@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /* Mode, technique, optics, background: all controls but the background's come from the option tables. */
 
-import { button, field, h, hex } from './dom.js';
+import { button, field, fromHex, h, hex } from './dom.js';
 import { colorInput, checkbox, optionControl, select } from './controls.js';
 import { get, prefer, watch } from './store.js';
 
@@ -58,37 +58,55 @@ function optionList(rows, read, write) {
     return list;
 }
 
+/** The list of techniques; those that what draws now cannot draw are shown, and cannot be chosen. */
+function techniqueChooser(app) {
+    const choice = select([], (name) => app.edits.apply({ technique: { name, options: {} } }), 'Technique');
+    watch(['hello', 'devices'], () => {
+        const engine = get('devices')?.device?.kind === 'cpu' ? 'cpu' : null;
+        const able = ({ engines }) => !engine || engines.includes(engine);
+        choice.replaceChildren(
+            ...(get('hello')?.techniques ?? []).map((technique) =>
+                h(
+                    'option',
+                    { value: technique.name, disabled: !able(technique) },
+                    able(technique) ? technique.name : `${technique.name} (on a GPU)`,
+                ),
+            ),
+        );
+        choice.update(get('scene')?.technique?.name);
+    });
+    return choice;
+}
+
 function techniqueSection(app) {
-    const box = h('div', { class: 'stack' });
+    const choice = techniqueChooser(app),
+        summary = h('p', { class: 'hint' }),
+        place = h('div', {});
     let shown = null,
-        list = null,
-        choice = null,
-        summary = null;
+        list = null;
     watch(['hello', 'scene'], () => {
         const { techniques } = get('hello') ?? {},
             technique = get('scene')?.technique;
         if (!techniques || !technique) return;
-        if (technique.name !== shown || !choice) {
+        choice.update(technique.name);
+        if (technique.name !== shown) {
             shown = technique.name;
             const found = techniques.find(({ name }) => name === shown);
-            choice = select(
-                techniques.map(({ name }) => name),
-                (name) => app.edits.apply({ technique: { name, options: {} } }),
-                'Technique',
-            );
-            choice.update(shown);
-            summary = h('p', { class: 'hint' }, found?.summary ?? '');
+            summary.textContent = found?.summary ?? '';
             list = optionList(
                 found?.options ?? [],
                 (scene) => scene?.technique?.options,
                 (name, value, phase) =>
-                    app.edits.apply({ technique: { name: shown, options: { ...get('scene').technique.options, [name]: value } } }, phase),
+                    app.edits.apply(
+                        { technique: { name: technique.name, options: { ...get('scene').technique.options, [name]: value } } },
+                        phase,
+                    ),
             );
-            box.replaceChildren(field('Technique', choice, { help: 'How the picture is computed' }), summary, list);
+            place.replaceChildren(list);
         }
         list.update();
     });
-    return box;
+    return [field('Technique', choice, { help: 'How the picture is computed' }), summary, place];
 }
 
 /** A group of the scene's options: those whose names `which` takes. */
@@ -121,9 +139,7 @@ function background(app) {
                 'aria-label': `Background ${name}`,
             });
             swatch.style.background = value;
-            swatch.addEventListener('click', () =>
-                app.edits.apply({ background: [...[1, 3, 5].map((i) => parseInt(value.slice(i, i + 2), 16) / 255), 1] }),
-            );
+            swatch.addEventListener('click', () => app.edits.apply({ background: [...fromHex(value), 1] }));
             swatch.dataset.color = value;
             return swatch;
         }),
@@ -147,7 +163,17 @@ const deviceName = ({ name, kind, threads }) => `${name ?? kind}${threads ? `, $
 
 /** What draws, and how fine; where the server has one device alone there is nothing to choose. */
 function device(app) {
-    const place = h('div', {});
+    const alone = h('span', { class: 'value' });
+    const choice = select(
+        [],
+        (id) => {
+            app.connection.send({ do: 'device', device: id });
+            choice.update(get('devices').device.id); /* until the server says that it draws */
+        },
+        'Device',
+    );
+    const choosing = field('Device', choice, { help: 'What draws' }),
+        only = h('div', { class: 'field' }, h('span', { class: 'label' }, 'Device'), alone);
     const resolution = select(
         [
             ['1', 'every pixel of the screen'],
@@ -161,22 +187,17 @@ function device(app) {
     watch(['devices'], () => {
         const { devices = [], device: now } = get('devices');
         if (!now) return;
-        const choice = select(
-            devices.map((d) => [d.id, deviceName(d)]),
-            (id) => {
-                app.connection.send({ do: 'device', device: id });
-                choice.update(now.id); /* until the server says that it draws */
-            },
-            'Device',
-        );
+        choice.replaceChildren(...devices.map((d) => h('option', { value: d.id }, deviceName(d))));
         choice.update(now.id);
-        place.replaceChildren(
-            devices.length > 1
-                ? field('Device', choice, { help: 'What draws' })
-                : h('div', { class: 'field' }, h('span', { class: 'label' }, 'Device'), h('span', { class: 'value' }, deviceName(now))),
-        );
+        alone.textContent = deviceName(now);
+        choosing.hidden = devices.length < 2;
+        only.hidden = !choosing.hidden;
     });
-    return [field('Resolution', resolution, { help: 'Of the picture at rest; under the moving hand it follows the time budget' }), place];
+    return [
+        field('Resolution', resolution, { help: 'Of the picture at rest; under the moving hand it follows the time budget' }),
+        choosing,
+        only,
+    ];
 }
 
 export function renderPanel(app) {

@@ -3,7 +3,6 @@
 
 import { button, field, h } from './dom.js';
 import { checkbox, numberInput, select } from './controls.js';
-import { get, watch } from './store.js';
 
 const SIZES = [
     ['window', 'as in the window'],
@@ -72,7 +71,6 @@ export function savePanel(app) {
     degrees.update(360);
     const saveMovie = () =>
         app.download({ do: 'movie', size: size().map((x) => x - (x % 2)), frames: Number(frames.value), degrees: Number(degrees.value) });
-    watch(['busy'], () => element.classList.toggle('busy', Boolean(get('busy'))));
     const element = h(
         'div',
         { class: 'stack' },

@@ -9,12 +9,13 @@ import { get, set } from './store.js';
 import { distance } from './measure.js';
 import { updateScaleBar } from './overlay.js';
 
-export const AXIS_COLORS = ['#ff6b6b', '#6bd968', '#6fa8ff'];
 const NEAREST = 64; /* times the whole slice */
 const CLICK_PIXELS = 4;
+const NOTCH_PIXELS = 60; /* of a wheel, at least; a trackpad's small steps are added up to it */
 
 export class Slice {
     #drag = null;
+    #turned = 0;
     #touches = new Map();
     #lines = [0, 1].map(() => svg('line', { class: 'cross' }));
     #measures = svg('g', { class: 'measures' });
@@ -33,24 +34,26 @@ export class Slice {
         Object.assign(this.picture, { className: 'slice', tabIndex: 0 });
         this.picture.setAttribute(
             'aria-label',
-            `Slice across ${'ijk'[axis]}. Page up and down step, arrows move the cross-hair, plus and minus zoom, Ctrl arrows pan`,
+            `Slice across ${'ijk'[axis]}. Page up and down step, arrows move the cross-hair, Space marks it, plus and minus zoom`,
         );
+        this.picture.setAttribute('role', 'application');
         this.svg = svg('svg', { class: 'overlay', 'aria-hidden': 'true' }, this.#lines, this.#measures);
         const others = [0, 1, 2].filter((i) => i !== axis);
-        this.#lines.forEach((line, i) => attributes(line, { stroke: AXIS_COLORS[others[i]] }));
+        this.#lines.forEach((line, i) => line.classList.add(`axis-${others[i]}`));
         this.picture.append(this.svg, ...this.#letters, this.#label, this.#bar);
-        this.picture.style.setProperty('--frame', AXIS_COLORS[axis]);
+        this.picture.classList.add(`axis-${axis}`);
         this.#listen();
     }
 
     #listen() {
         const { picture, slices } = this;
         const on = (kinds, listener, options) => kinds.split(' ').forEach((kind) => picture.addEventListener(kind, listener, options));
+        on('drawn', ({ detail }) => slices.at && slices.shown(this.axis, detail.id, this.view.focus));
         on('drawn resized', () => this.update());
         on('pointerdown', (event) => this.#press(event));
         on('pointermove', (event) => this.#move(event));
         on('pointerup pointercancel', (event) => this.#lift(event));
-        on('pointerleave', () => slices.app.probe.hover(null));
+        on('pointerleave', (event) => event.pointerType !== 'touch' && slices.app.probe.hover(null));
         on('contextmenu', (event) => event.preventDefault());
         on('dblclick', () => slices.enlarge(this.axis));
         on('wheel', (event) => this.#wheel(event), { passive: false });
@@ -171,12 +174,21 @@ export class Slice {
     #wheel(event) {
         event.preventDefault();
         if (!event.ctrlKey && !event.metaKey) {
-            this.slices.step(this.axis, event.deltaY > 0 ? -1 : 1);
+            this.#turn(event);
             return;
         }
         /* A trackpad's pinch comes as a wheel with ctrl and small steps. */
         const steps = (event.deltaY * [1, 33, 400][event.deltaMode]) / 100;
         this.zoom(1.2 ** -clamp(Math.abs(event.deltaY) < 20 ? steps * 8 : steps, -4, 4), this.picture.at(event));
+    }
+
+    /** Steps with the wheel. With Shift some browsers tell a turn sideways. */
+    #turn({ deltaX, deltaY, deltaMode, shiftKey }) {
+        const by = (deltaY || deltaX) * [1, 33, 400][deltaMode];
+        this.#turned = Math.abs(by) >= NOTCH_PIXELS ? by : this.#turned + by;
+        if (Math.abs(this.#turned) < NOTCH_PIXELS) return;
+        this.slices.step(this.axis, -Math.sign(this.#turned) * (shiftKey ? 10 : 1));
+        this.#turned = 0;
     }
 
     /** The cross-hair goes to the pointer, within this slice. */
@@ -202,6 +214,7 @@ export class Slice {
         else if (event.key === '-') this.zoom(0.8);
         else if (event.key === '0') this.slices.whole();
         else if (event.key === 'Enter') this.slices.enlarge(this.axis);
+        else if (event.key === ' ') this.slices.app.measureClick({ world: this.slices.at }, true);
         else return;
         event.preventDefault();
         event.stopPropagation();
@@ -241,7 +254,8 @@ export class Slice {
         this.#distances(inverse, pixels);
         const sides = [scale(view.right, -1), view.right, view.up, scale(view.up, -1)];
         this.#letters.forEach((letter, i) => (letter.textContent = directionName(volume.space, sides[i])));
-        const index = Math.round(transform(inverse, at)[this.axis]);
+        /* The number of the slice that is seen; the one asked for may be on its way. */
+        const index = Math.round(transform(inverse, view.focus)[this.axis]);
         const nearer = this.seen && area.width > 240 ? `, × ${(this.#whole / view.scale).toFixed(1)}` : '';
         this.#label.textContent = `${'ijk'[this.axis]} ${index} / ${volume.dims[this.axis] - 1}${nearer}`;
         updateScaleBar(this.#bar, view, this.picture);

@@ -3,6 +3,7 @@
 
 import { button, clamp, field, h, short } from './dom.js';
 import { checkbox, numberInput, slider } from './controls.js';
+import { wanted } from './begin.js';
 import { axisStep, flat, invert, transform, unit } from './geometry.js';
 import { get, set, watch } from './store.js';
 import { planesSection } from './planes.js';
@@ -11,9 +12,11 @@ import { Slice } from './slice.js';
 const drawsPlanes = () => get('scene')?.render?.mode === 'slice';
 const PLANES = { key: 'slice', panel: 'slices', name: 'Plane', least: 1, most: 8, flips: false, shown: drawsPlanes };
 const VIEWS = ['slice-i', 'slice-j', 'slice-k'];
+/* What the server draws of a slice. */
+const MOST = { side: 4096, pixels: 2 ** 22 };
 
 /** A window that shows tissue: from the least value to where 99.5 % of what is not the background (the fullest bin) lie below. */
-function usualWindow({ range, histogram }) {
+function usualWindow(range, histogram) {
     const { lo, hi, counts } = histogram ?? { counts: [] };
     const ground = counts.indexOf(Math.max(...counts));
     const rest = counts.map((n, i) => (i === ground ? 0 : n)),
@@ -27,6 +30,7 @@ function usualWindow({ range, histogram }) {
 
 export class Slices {
     #scheduled = false;
+    #asked = 0; /* id of the last command */
 
     constructor(app, stage) {
         this.app = app;
@@ -38,9 +42,11 @@ export class Slices {
         this.window = null;
         this.grey = true;
         watch(['volume'], () => this.#volume());
+        watch(['histogram'], () => get('volume') && this.window === this.usual && this.setWindow(this.#usualWindow()));
         watch(['layout'], () => this.#layout());
         watch(['measures'], () => this.on && this.slices.forEach((slice) => slice.update()));
-        watch(['link'], () => get('link').state === 'open' && this.on && setTimeout(() => this.#send(), 0));
+        watch(['link'], () => get('link').state === 'open' && this.on && this.#send());
+        watch(['preferences'], () => this.on && this.changed());
         for (const { picture } of this.slices) picture.addEventListener('resized', () => this.on && this.changed());
     }
 
@@ -52,7 +58,7 @@ export class Slices {
         const volume = get('volume');
         this.matrix = flat(volume.index_to_world);
         this.inverse = invert(this.matrix);
-        this.window = usualWindow(volume);
+        this.window = this.#usualWindow();
         this.at = transform(
             this.matrix,
             volume.dims.map((n) => Math.floor(n / 2)),
@@ -60,6 +66,11 @@ export class Slices {
         this.#told();
         for (const slice of this.slices) slice.seen = null;
         if (this.on) this.changed();
+    }
+
+    /** Kept as long as no hand has set another. */
+    #usualWindow() {
+        return (this.usual = usualWindow(get('volume').range, get('histogram')));
     }
 
     #layout() {
@@ -82,13 +93,24 @@ export class Slices {
         if (!this.on || !this.at) return;
         const { picture } = this.slices.find((slice) => slice.picture.clientWidth > 0) ?? this.slices[0];
         const views = this.slices.some(({ seen }) => seen) ? { views: this.slices.map(({ seen }) => seen) } : {};
-        this.app.connection.send({
+        this.#asked = this.app.connection.send({
             do: 'slices',
             at: this.at,
-            size: picture.wanted(),
+            size: wanted(picture, MOST),
             ...(this.grey ? { window: this.window } : {}),
             ...views,
         });
+    }
+
+    /** A picture of a slice is seen. There is one cross-hair for all pages: where another page moved it, it is there here, too. */
+    shown(axis, id, focus) {
+        if (this.#scheduled || id < this.#asked) return;
+        const index = transform(this.inverse, this.at),
+            there = transform(this.inverse, focus)[axis];
+        if (Math.abs(there - index[axis]) < 1e-3) return;
+        index[axis] = there;
+        this.at = transform(this.matrix, index);
+        this.#told();
     }
 
     /** One slice over the whole stage, or the four pictures again. */
@@ -119,6 +141,7 @@ export class Slices {
         );
         this.#told();
         this.changed();
+        this.app.probe.hover({ world: this.at });
     }
 
     step(axis, by) {

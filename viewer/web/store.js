@@ -1,16 +1,20 @@
 /* SPDX-License-Identifier: MIT */
 /* The one store: what the page knows. Whoever shows something subscribes to the keys that it shows; nobody else keeps a copy that lasts.
  *
- * hello, volume, scene, undo, redo, size, held   as the server's events told them (viewer/protocol.md)
+ * hello, volume, scene, undo, redo, size, held   as the server's events told them (viewer/protocol.md); volume stays the same object as
+ *            long as it is the same volume
+ * histogram  of the volume, or null until it is counted
  * devices    {device, devices}: what draws, and what could
  * frame      header of the main picture's last frame shown, with `latencies` of the inputs that it is the
  *            first to show, and over the last ones `latency` and `fps`
- * link       "connecting" | "open" | "lost" | "refused"
+ * link       {state: "connecting" | "open" | "lost" | "refused"}
+ * measures   {list, first}: distances, and the first place of one to come
  * panel      name of the open panel or null
  * layout     "one" | "four" (with slices)
  * tool       "turn" | "measure"
  * cursor     what `probe` found under the pointer, or null
- * preferences, kept in the browser: theme, resolution, overlays */
+ * preferences, kept in the browser: theme, resolution, overlays,
+ *            counts, power (of the transfer function's editor) */
 
 const values = new Map();
 const listeners = new Map();

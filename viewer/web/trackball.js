@@ -4,6 +4,7 @@
 
 const CLICK_PIXELS = 4;
 const REST_MS = 220;
+const TWICE_MS = 800;
 
 /** Inputs without an end (wheel, repeated keys): the hand is down from the first on, and up once none came for a while. */
 export class Burst {
@@ -46,11 +47,13 @@ export class Trackball {
     #action = '';
     #travel = 0;
     #down = null;
+    #handled = -Infinity; /* when a handle over the picture was pressed last */
 
     /**
      * @param {Picture} picture
      * @param {Connection} connection
-     * @param {{click: function(number[], Event), hover: function(number[]|null)}} told  a click that moved nothing; where the pointer is
+     * @param {{click: function(number[], Event), twice: function(number[]), hover: function(number[]|null)}} told  a click that moved
+     *     nothing; a double click; where the pointer is
      */
     constructor(picture, connection, told) {
         this.picture = picture;
@@ -61,18 +64,24 @@ export class Trackball {
         picture.addEventListener('pointermove', (event) => this.#drag(event));
         picture.addEventListener('pointerup', (event) => this.#lift(event));
         picture.addEventListener('pointercancel', (event) => this.#lift(event));
-        picture.addEventListener('pointerleave', () => this.told.hover(null));
+        picture.addEventListener('pointerleave', (event) => event.pointerType !== 'touch' && this.told.hover(null));
         picture.addEventListener('contextmenu', (event) => event.preventDefault());
         picture.addEventListener('wheel', (event) => this.#wheel(event), { passive: false });
         picture.addEventListener('dblclick', (event) => {
-            if (event.button === 0) connection.send({ do: 'focus', at: this.picture.at(event), gesture: connection.newGesture() });
+            /* The first click may have turned the handle from under the second. */
+            const handle = event.target.closest('[data-handle]') || event.timeStamp - this.#handled < TWICE_MS;
+            if (event.button === 0 && !handle) this.told.twice(this.picture.at(event));
         });
     }
 
     #press(event) {
-        if (event.target.closest('[data-handle]')) return;
+        if (event.target.closest('[data-handle]')) {
+            this.#handled = event.timeStamp;
+            return;
+        }
         this.picture.focus({ preventScroll: true });
         this.picture.setPointerCapture(event.pointerId);
+        this.told.hover(null);
         this.#pointers.set(event.pointerId, this.picture.at(event));
         if (this.#pointers.size === 1) {
             this.#gesture = this.connection.newGesture();
@@ -138,6 +147,7 @@ export class Trackball {
     #lift(event) {
         if (!this.#pointers.delete(event.pointerId) || this.#pointers.size > 0) return;
         this.connection.release();
+        if (event.type === 'pointerup' && event.pointerType !== 'touch') this.told.hover(this.picture.at(event));
         if (event.type === 'pointerup' && this.#travel < CLICK_PIXELS && this.#action === 'rotate')
             this.told.click(this.picture.at(event), event);
     }

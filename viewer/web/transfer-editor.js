@@ -2,14 +2,15 @@
 /* <pel-transfer-editor>: the points of a transfer function over the histogram. Opacity points are circles on the curve, colour points are
  * drops under the bar, isovalues are lines. It shows what it is given and tells edits by events; what comes of them is not its business:
  *
- * edit      {part: "opacities" | "colors" | "isosurfaces", points, phase: "start" | "move" | "end"}; a single edit is "end" alone
+ * edit      {part: "opacities" | "colors" | "isosurfaces", points, phase: "start" | "move" | "end" | "key"}, as in Edits
  * choose    {part, index}: which point the number fields are about
  *
  * Mouse: drag a point; drag below the curve moves its band; shift keeps the value, alt the opacity, ctrl is fine; double click adds;
- * right click removes; the wheel zooms values, a drag on the ground pans. Keys: page up/down choose, arrows move, insert, delete. */
+ * right click removes; the wheel zooms values, a drag on the ground pans. Keys: page up/down choose, of all parts one after the other,
+ * arrows move, insert, delete. */
 
 import { attributes, clamp, h, short, svg } from './dom.js';
-import { evaluate, insert, move, moveBand, remove, segmentOf, setOpacity } from './transfer-model.js';
+import { bandAt, evaluate, insert, move, moveBand, remove, setOpacity } from './transfer-model.js';
 import { Axes, drawHistogram } from './histogram.js';
 
 const MARGIN = { left: 36, right: 10, top: 10, bottom: 22 };
@@ -25,7 +26,7 @@ export class TransferEditor extends HTMLElement {
         class: 'points',
         role: 'application',
         tabindex: '0',
-        'aria-label': 'Transfer function. Page up and down choose a point, arrows move it, Insert adds, Delete removes',
+        'aria-label': 'Transfer function. Page up and down choose a point, colour or isovalue, arrows move it, Insert adds, Delete removes',
     });
     #live = h('div', { class: 'hidden', 'aria-live': 'polite' });
     #drag = null;
@@ -33,7 +34,7 @@ export class TransferEditor extends HTMLElement {
     #frame = 0;
 
     data = { opacities: [], colors: [], isosurfaces: [], histogram: null, range: [0, 1] };
-    look = { logarithmic: true, power: 2, zoom: null, showOpacity: true };
+    look = { logarithmic: true, power: 2, zoom: null };
     chosen = { part: 'opacities', index: 0 };
 
     connectedCallback() {
@@ -61,8 +62,9 @@ export class TransferEditor extends HTMLElement {
     update(data, look) {
         Object.assign(this.data, data);
         Object.assign(this.look, look);
-        const list = this.data[this.chosen.part];
-        this.chosen.index = clamp(this.chosen.index, 0, Math.max(list.length - 1, 0));
+        const { part, index } = this.chosen,
+            count = this.data[part].length;
+        this.chosen = count ? { part, index: clamp(index, 0, count - 1) } : { part: 'opacities', index: 0 };
         this.draw();
     }
 
@@ -241,7 +243,7 @@ export class TransferEditor extends HTMLElement {
     }
 
     #press(event) {
-        if (event.button !== 0) return;
+        if (event.button !== 0 || this.#drag) return;
         this.#svg.setPointerCapture(event.pointerId);
         const hit = this.#hit(event),
             at = this.#at(event),
@@ -249,10 +251,10 @@ export class TransferEditor extends HTMLElement {
         const value = axes.value(at[0]);
         const under = this.data.opacities.length && at[1] < axes.height && at[1] > axes.y(evaluate(this.data.opacities, value)[0]) + 4;
         const inside = value > (this.data.opacities[0]?.[0] ?? Infinity) && value < (this.data.opacities.at(-1)?.[0] ?? -Infinity);
-        this.#drag = { at, axes, start: this.data, moved: false, zoom: this.look.zoom ?? this.data.range };
+        this.#drag = { pointer: event.pointerId, at, axes, moved: false, zoom: this.look.zoom ?? this.data.range };
         if (hit) Object.assign(this.#drag, hit, { points: this.data[hit.part] });
         else if (under && inside && !event.shiftKey)
-            Object.assign(this.#drag, { part: 'band', points: this.data.opacities, band: segmentOf(this.data.opacities, value) });
+            Object.assign(this.#drag, { part: 'band', points: this.data.opacities, band: bandAt(this.data.opacities, value) });
         else this.#drag.part = 'ground';
         if (hit) this.choose(hit.part, hit.index);
         this.#svg.focus({ preventScroll: true });
@@ -266,6 +268,7 @@ export class TransferEditor extends HTMLElement {
             this.#svg.classList.toggle('over', Boolean(hit));
             return;
         }
+        if (event.pointerId !== drag.pointer) return;
         const [x, y] = this.#at(event),
             fine = event.ctrlKey ? FINE : 1;
         const dx = (x - drag.at[0]) * fine,
@@ -298,7 +301,11 @@ export class TransferEditor extends HTMLElement {
             : setOpacity(points, index, value, axes.opacity(axes.y(points[index][1]) + dy));
     }
 
-    #lift() {
+    #lift(event) {
+        if (event.pointerId === this.#drag?.pointer) this.#finish();
+    }
+
+    #finish() {
         const drag = this.#drag;
         this.#drag = null;
         if (drag?.moved && drag.part !== 'ground') {
@@ -320,6 +327,7 @@ export class TransferEditor extends HTMLElement {
 
     #menu(event) {
         event.preventDefault();
+        this.#finish(); /* a long press, and on a Mac a click with Ctrl, is also a press */
         const hit = this.#hit(event);
         if (hit) this.removePoint(hit.part, hit.index);
     }
@@ -327,7 +335,8 @@ export class TransferEditor extends HTMLElement {
     removePoint(part, index) {
         const left = part === 'isosurfaces' ? this.data[part].filter((_, i) => i !== index) : remove(this.data[part], index);
         this.commit(part, left);
-        this.choose(part, clamp(index, 0, Math.max(left.length - 1, 0)));
+        if (left.length) this.choose(part, clamp(index, 0, left.length - 1));
+        else this.choose('opacities', 0);
     }
 
     #wheel(event) {
@@ -349,10 +358,17 @@ export class TransferEditor extends HTMLElement {
             const from = clamp(lo, a, b - span);
             this.update({}, { zoom: [from, from + span] });
         }
-        this.#tell('zoom', this.look.zoom);
     }
 
     /* ---- keys ---- */
+
+    /** The point before or after the chosen one; after the last of a part comes the first of the next. */
+    #chooseNext(by) {
+        const all = Object.keys(NAMES).flatMap((part) => this.data[part].map((_, index) => ({ part, index })));
+        const now = all.findIndex(({ part, index }) => part === this.chosen.part && index === this.chosen.index);
+        const next = all[clamp(now + by, 0, all.length - 1)];
+        if (next) this.choose(next.part, next.index);
+    }
 
     #key(event) {
         const { part, index } = this.chosen,
@@ -363,11 +379,11 @@ export class TransferEditor extends HTMLElement {
         const moves = { ArrowLeft: [-step, 0], ArrowRight: [step, 0], ArrowUp: [0, -step], ArrowDown: [0, step] };
         if (event.key in moves && list[index]) {
             const [dx, dy] = moves[event.key];
-            this.commit(part, this.#dragged({ part, points: list, index, axes }, dx, dy));
+            this.commit(part, this.#dragged({ part, points: list, index, axes }, dx, dy), 'key');
             this.choose(part, index);
         } else if (event.key === 'PageDown' || event.key === 'PageUp') {
-            this.choose(part, clamp(index + (event.key === 'PageDown' ? 1 : -1), 0, Math.max(list.length - 1, 0)));
-        } else if (event.key === 'Insert' && part !== 'isosurfaces') {
+            this.#chooseNext(event.key === 'PageDown' ? 1 : -1);
+        } else if (event.key === 'Insert' && part !== 'isosurfaces' && list[index]) {
             const next = list[index + 1],
                 value = next ? (list[index][0] + next[0]) / 2 : list[index][0] + 20 * perPixel;
             const added = insert(list, value);

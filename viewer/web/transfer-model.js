@@ -61,11 +61,12 @@ export function bandOf(points, index) {
     return [first, last];
 }
 
-/** The two points between which a value lies, as a band. */
-export function segmentOf(points, value) {
-    const after = points.findIndex((p) => p[0] > value);
-    if (after < 0) return [points.length - 1, points.length - 1];
-    return [Math.max(after - 1, 0), after];
+/** The band that a value lies in: that of the point beside it that has the more opacity. */
+export function bandAt(points, value) {
+    const found = points.findIndex((p) => p[0] > value),
+        after = found < 0 ? points.length - 1 : found,
+        before = Math.max(after - 1, 0);
+    return bandOf(points, points[before][1] > points[after][1] ? before : after);
 }
 
 /**

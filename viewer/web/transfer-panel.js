@@ -11,7 +11,9 @@ import { bandOf, move, scaleOpacity, simplify } from './transfer-model.js';
 
 /** The chosen point as numbers and, of a colour point, its colour. */
 function pointFields(editor) {
-    const value = numberInput({ label: 'Value of the chosen point' }, (x) => change((p, i) => move(p, i, x)));
+    const value = numberInput({ label: 'Value of the chosen point' }, (x) =>
+        change((p, i) => (editor.chosen.part === 'isosurfaces' ? p.map((s, k) => (k === i ? { ...s, value: x } : s)) : move(p, i, x))),
+    );
     const opacity = numberInput({ minimum: 0, maximum: 1, label: 'Opacity of the chosen point' }, (x) =>
         change((p, i) => move(p, i, p[i][0], [x])),
     );
@@ -26,12 +28,7 @@ function pointFields(editor) {
     const element = h('div', { class: 'point-fields' }, which, valueField, opacityField, colorField, remove);
     function change(make, phase = 'end') {
         const { part, index } = editor.chosen;
-        if (part === 'isosurfaces') {
-            const next = editor.data.isosurfaces.map((s, i) => (i === index ? { ...s, value: Number(value.value) } : s));
-            editor.commit(part, next, phase);
-        } else {
-            editor.commit(part, make(editor.data[part], index), phase);
-        }
+        editor.commit(part, make(editor.data[part], index), phase);
     }
     const update = () => {
         const { part, index } = editor.chosen,
@@ -88,9 +85,9 @@ function wholeCurve(app, editor) {
     const strength = slider({ minimum: 0.05, maximum: 20, label: 'Strength of all opacities' }, (factor, phase) => {
         from ??= get('scene').transfer.opacities;
         editor.commit('opacities', scaleOpacity(from, factor), phase);
-        if (phase === 'end') {
+        if (phase === 'end' || phase === 'key') {
             from = null;
-            strength.update(1);
+            queueMicrotask(() => strength.update(1));
         }
     });
     strength.update(1);
@@ -128,14 +125,14 @@ export function transferPanel(app) {
     editor.addEventListener('edit', ({ detail: { part, points, phase } }) =>
         app.edits.apply(part === 'isosurfaces' ? { isosurfaces: points } : { transfer: { [part]: points } }, phase),
     );
-    watch(['scene', 'volume'], () => {
+    watch(['scene', 'volume', 'histogram'], () => {
         const scene = get('scene'),
             volume = get('volume');
         if (!scene || editor.dragging) return;
         const { opacities = [], colors = [] } = scene.transfer ?? {};
         const values = [...opacities, ...colors].map((p) => p[0]);
         const [lo, hi] = volume?.range ?? [Math.min(...values), Math.max(...values)];
-        editor.update({ opacities, colors, isosurfaces: scene.isosurfaces ?? [], histogram: volume?.histogram, range: [lo, hi] });
+        editor.update({ opacities, colors, isosurfaces: scene.isosurfaces ?? [], histogram: get('histogram'), range: [lo, hi] });
     });
     watch(['volume'], () => editor.update({}, { zoom: null }));
     const choose = (name) => {
@@ -144,20 +141,16 @@ export function transferPanel(app) {
         const span = colors.length > 1 ? [colors[0][0], colors.at(-1)[0]] : range;
         app.connection.send({ do: 'colormap', name, range: span });
     };
-    const lo = numberInput({ label: 'Colours from' }, () => spread()),
-        hi = numberInput({ label: 'Colours to' }, () => spread());
-    const spread = () => {
-        const name = get('scene').transfer.colormap;
-        if (Number(hi.value) > Number(lo.value)) app.stretchColors(Number(lo.value), Number(hi.value), name);
+    const ends = () => [0, -1].map((at) => get('scene').transfer.colors.at(at)[0]);
+    const lo = numberInput({ label: 'Colours from' }, (x) => spread(x, ends()[1])),
+        hi = numberInput({ label: 'Colours to' }, (x) => spread(ends()[0], x));
+    const spread = (from, to) => {
+        if (from < to) app.stretchColors(from, to, get('scene').transfer.colormap);
+        else app.messages.error('Colours go from a lower value to a higher one.');
+        showEnds();
     };
-    watch(['scene'], () => {
-        const colors = get('scene')?.transfer?.colors;
-        if (colors?.length)
-            [
-                [lo, 0],
-                [hi, -1],
-            ].forEach(([input, at]) => input.update(colors.at(at)[0]));
-    });
+    const showEnds = () => get('scene')?.transfer?.colors?.length && [lo, hi].forEach((input, i) => input.update(ends()[i]));
+    watch(['scene'], showEnds);
     const unitDistance = numberInput({ minimum: 0, label: 'Unit distance' }, (x) => app.edits.apply({ transfer: { 'unit-distance': x } }));
     watch(['scene'], () => unitDistance.update(get('scene')?.transfer?.['unit-distance']));
     app.editor = editor;

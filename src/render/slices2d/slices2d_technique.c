@@ -36,7 +36,9 @@ static const struct pel_option options[] = {
       8, "1", NULL, NULL },
     { "slice-step", "Slice step", "One slice for so many slices of voxels: what moves need not be as fine as what rests", PEL_OPTION_INT,
       AT(every), 1, 8, "1", NULL, NULL },
-    { "budget", "Budget", "Leave slices out to draw in so much time, as what earlier pictures took tells; 0: leave out none",
+    { "budget", "Budget",
+      "Leave slices out to draw in so much time, as what earlier pictures took tells; what is left out, and so the picture, then depends "
+      "on the machine's pace; 0: leave out none",
       PEL_OPTION_DOUBLE, AT(budget_ms), 0, 10000, "0", NULL, "milliseconds" },
     { "slices-per-polygon", "Slices a polygon", "Slices that the GPU engine maps on one polygon: the same picture, drawn sooner",
       PEL_OPTION_CHOICE, AT(slices_per_polygon), 0, 0, "4", each, NULL },

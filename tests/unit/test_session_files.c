@@ -1,0 +1,234 @@
+/* SPDX-License-Identifier: MIT */
+/* The viewer's session and its files: steps of undo from one to another, and what may become of a file meanwhile. */
+#include <fcntl.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <cmocka.h>
+
+#include "downloads.h"
+#include "session_face.h"
+
+/* Two volumes in a folder, the first of them open. */
+struct files {
+    struct face face;
+    char folder[64], a[256], b[256];
+};
+
+static void begin(struct files *f)
+{
+    struct pel_volume volume;
+    strcpy(f->folder, "/tmp/pellucid-session-XXXXXX");
+    assert_non_null(mkdtemp(f->folder));
+    snprintf(f->a, sizeof f->a, "%s/a.nrrd", f->folder);
+    snprintf(f->b, sizeof f->b, "%s/b.nrrd", f->folder);
+    assert_true(compute(&volume, NULL));
+    assert_true(pel_write_volume(f->a, &volume, NULL, NULL));
+    for (size_t i = 0; i < volume.dims[0] * volume.dims[1] * volume.dims[2]; i++)
+        ((float *)volume.data)[i] *= (float)(i % volume.dims[0]); /* another thing to see */
+    pel_volume_update_range(&volume);
+    assert_true(pel_write_volume(f->b, &volume, NULL, NULL));
+    pel_volume_finish(&volume);
+    start_with(&f->face, (const char *const[]) { f->folder, NULL }, NULL, NULL, NULL);
+    assert_true(say(&f->face, 1, "{\"do\":\"hello\",\"size\":[96,64]}"));
+}
+
+static bool say_of(struct files *f, const char *format, const char *path)
+{
+    char text[512];
+    snprintf(text, sizeof text, format, path);
+    return say(&f->face, 1, text);
+}
+
+static void show(struct files *f, const char *path)
+{
+    assert_true(say_of(f, "{\"do\":\"open\",\"path\":\"%s\"}", path));
+    assert_true(session_settle(f->face.session, false));
+    assert_string_equal(json_string_value(json_object_get(last(&f->face, "volume"), "path")), path);
+}
+
+static void done(struct files *f)
+{
+    finish(&f->face);
+    unlink(f->a);
+    unlink(f->b);
+    rmdir(f->folder);
+}
+
+static int steps(struct files *f, const char *which)
+{
+    session_settle(f->face.session, true);
+    return (int)json_integer_value(json_object_get(last(&f->face, "state"), which));
+}
+
+static int count(struct files *f, const char *kind)
+{
+    int found = 0;
+    pthread_mutex_lock(&f->face.lock);
+    for (size_t i = 0; i < json_array_size(f->face.events); i++)
+        found += strcmp(json_string_value(json_object_get(json_array_get(f->face.events, i), "event")), kind) == 0;
+    pthread_mutex_unlock(&f->face.lock);
+    return found;
+}
+
+/* The last picture that was saved, owned. */
+static void *saved(struct files *f, uint64_t *size)
+{
+    const char *type, *url = json_string_value(json_object_get(last(&f->face, "download"), "url"));
+    char name[128];
+    assert_non_null(url);
+    int fd = session_download(f->face.session, (unsigned)atoi(url + strlen("download/")), name, &type, size);
+    void *bytes = malloc(*size);
+    assert_int_equal(pread(fd, bytes, *size, 0), (ssize_t)*size);
+    close(fd);
+    return bytes;
+}
+
+/* A picture that is saved is of what was open when it was asked for, and comes to its end whatever is opened meanwhile. */
+static void test_picture_across_open(void **state)
+{
+    static const char picture[] = "{\"do\":\"picture\",\"size\":[120,80]}";
+    (void)state;
+    struct files f;
+    uint64_t size, again;
+    begin(&f);
+    show(&f, f.a);
+    assert_true(say(&f.face, 1, picture));
+    session_settle(f.face.session, true);
+    void *before = saved(&f, &size);
+    assert_true(say(&f.face, 1, "{\"do\":\"hold\"}")); /* so that it is not drawn yet */
+    assert_true(say(&f.face, 1, picture));
+    show(&f, f.b);
+    assert_true(say(&f.face, 1, "{\"do\":\"release\"}"));
+    session_settle(f.face.session, true);
+    assert_int_equal(count(&f, "download"), 2);
+    void *after = saved(&f, &again);
+    assert_int_equal(again, size);
+    assert_memory_equal(after, before, size);
+    assert_true(say(&f.face, 1, picture)); /* of the other one */
+    session_settle(f.face.session, true);
+    free(after);
+    after = saved(&f, &again);
+    assert_true(again != size || memcmp(after, before, size) != 0);
+    assert_int_equal(errors(&f.face), 0);
+    free(before);
+    free(after);
+    done(&f);
+}
+
+/* Steps of a file that is gone are left out, and undo and redo go on. */
+static void test_undo_to_a_file_that_is_gone(void **state)
+{
+    (void)state;
+    struct files f;
+    size_t size;
+    begin(&f);
+    show(&f, f.a);
+    assert_true(say(&f.face, 1, "{\"do\":\"roll\",\"by\":10}"));
+    assert_true(say(&f.face, 1, "{\"do\":\"roll\",\"by\":10}"));
+    show(&f, f.b);
+    void *picture = rest(&f.face, &size);
+    assert_true(say(&f.face, 1, "{\"do\":\"roll\",\"by\":10}"));
+    assert_int_equal(steps(&f, "undo"), 4);
+    unlink(f.a);
+    assert_true(say(&f.face, 1, "{\"do\":\"undo\"}"));
+    assert_true(same(&f.face, picture, size));
+    assert_true(say(&f.face, 1, "{\"do\":\"undo\"}"));
+    assert_int_equal(steps(&f, "undo"), 0);
+    assert_int_equal(steps(&f, "redo"), 1);
+    assert_non_null(strstr(json_string_value(json_object_get(last(&f.face, "error"), "message")), "3 steps of undo are left out"));
+    assert_true(same(&f.face, picture, size));
+    assert_true(say(&f.face, 1, "{\"do\":\"redo\"}"));
+    assert_false(same(&f.face, picture, size));
+    assert_true(say(&f.face, 1, "{\"do\":\"undo\"}"));
+    assert_true(same(&f.face, picture, size));
+    free(picture);
+    done(&f);
+}
+
+/* While undo reads a file no edit comes between; the hand may go on. */
+static void test_edit_while_undo_reads(void **state)
+{
+    (void)state;
+    struct files f;
+    begin(&f);
+    show(&f, f.a);
+    show(&f, f.b);
+    unlink(f.a);
+    assert_int_equal(mkfifo(f.a, 0600), 0);
+    int writer = open(f.a, O_RDWR); /* whoever reads it waits for this one */
+    assert_true(writer >= 0);
+    assert_true(say(&f.face, 1, "{\"do\":\"undo\"}"));
+    assert_false(say(&f.face, 1, "{\"do\":\"set\",\"scene\":{\"render\":{\"mode\":\"mip\"}}}"));
+    assert_false(say(&f.face, 1, "{\"do\":\"undo\"}"));
+    assert_false(say(&f.face, 1, "{\"do\":\"redo\"}"));
+    assert_true(say(&f.face, 1, "{\"do\":\"rotate\",\"by\":[0.1,0]}"));
+    unlink(f.a);
+    close(writer);
+    assert_int_equal(steps(&f, "undo"), 0);
+    assert_int_equal(steps(&f, "redo"), 0);
+    assert_true(say(&f.face, 1, "{\"do\":\"set\",\"scene\":{\"render\":{\"mode\":\"mip\"}}}"));
+    assert_int_equal(steps(&f, "undo"), 1);
+    done(&f);
+}
+
+/* A name that JSON cannot say is reached by a link alone: then the link is what scenes tell. */
+static void test_names_that_are_no_text(void **state)
+{
+    (void)state;
+    struct files f;
+    char bad[256], bad_folder[256], link_to_folder[256];
+    begin(&f);
+    snprintf(bad, sizeof bad, "%s/\xff.nrrd", f.folder);
+    snprintf(bad_folder, sizeof bad_folder, "%s/\xfe", f.folder);
+    snprintf(link_to_folder, sizeof link_to_folder, "%s/folder", f.folder);
+    assert_int_equal(rename(f.a, bad), 0);
+    assert_int_equal(symlink(bad, f.a), 0);
+    assert_int_equal(mkdir(bad_folder, 0700), 0);
+    assert_int_equal(symlink(bad_folder, link_to_folder), 0);
+    show(&f, f.a);
+    assert_true(say(&f.face, 1, "{\"do\":\"roll\",\"by\":10}"));
+    assert_string_equal(json_string_value(part(&f.face, "volume", "path")), f.a);
+    show(&f, f.b);
+    assert_true(say(&f.face, 1, "{\"do\":\"undo\"}"));
+    assert_string_equal(json_string_value(part(&f.face, "volume", "path")), f.a);
+    assert_int_equal(errors(&f.face), 0);
+    assert_true(say_of(&f, "{\"do\":\"list\",\"path\":\"%s\"}", f.folder));
+    session_settle(f.face.session, false);
+    assert_int_equal(json_array_size(json_object_get(last(&f.face, "files"), "entries")), 3); /* what can be asked for */
+    assert_true(say_of(&f, "{\"do\":\"list\",\"path\":\"%s\"}", link_to_folder));
+    session_settle(f.face.session, false);
+    assert_int_equal(errors(&f.face), 1);
+    unlink(link_to_folder);
+    unlink(bad);
+    rmdir(bad_folder);
+    done(&f);
+}
+
+static void test_downloads_expire(void **state)
+{
+    (void)state;
+    struct downloads downloads = { .last = 0 };
+    int fd = download_file(NULL);
+    unsigned number = downloads_add(&downloads, fd, "a", "text/plain", 1000)->number;
+    downloads_expire(&downloads, 1000 + DOWNLOADS_MS);
+    assert_non_null(downloads_find(&downloads, number, 1000 + DOWNLOADS_MS));
+    downloads_expire(&downloads, 1001 + DOWNLOADS_MS);
+    assert_null(downloads_find(&downloads, number, 1000));
+    assert_int_equal(close(fd), -1); /* closed already */
+    downloads_finish(&downloads);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_picture_across_open),    cmocka_unit_test(test_undo_to_a_file_that_is_gone), cmocka_unit_test(test_edit_while_undo_reads),
+        cmocka_unit_test(test_names_that_are_no_text), cmocka_unit_test(test_downloads_expire),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
