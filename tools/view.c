@@ -8,6 +8,7 @@
 #include <stdlib.h>
 #include <string.h>
 #include <sys/stat.h>
+#include <time.h>
 #include <unistd.h>
 
 #include "commands.h"
@@ -46,8 +47,12 @@ struct first {
     const struct values *values;
     const char *path; /* or NULL: the scene file's */
     struct pel_error error;
-    atomic_bool failed;
+    atomic_bool failed, done; /* done: read, or failed */
 };
+
+/* So long, in looks of LOOK_MS, the address waits for the first file: what is wrong with a file is mostly known at once, and no browser is to be
+ * led to a viewer that ends. Reading a large one goes on beside the page. */
+enum { LOOKS = 100, LOOK_MS = 5 };
 
 static bool any_given(const struct arguments *arguments, const struct pel_option *table)
 {
@@ -71,6 +76,7 @@ static bool open_first(void *user, struct session_opened *opened, const struct p
     if (!fine || !scene_load(&loaded, first->arguments, values, first->path, &bar, error)) {
         first->error = *error;
         atomic_store(&first->failed, true);
+        atomic_store(&first->done, true);
         return false;
     }
     opened->volume = loaded.volume;
@@ -80,6 +86,7 @@ static bool open_first(void *user, struct session_opened *opened, const struct p
     opened->fit_camera = !values->scene[0] && !any_given(first->arguments, pel_camera_options) && !any_given(first->arguments, move_rows);
     if (!values->scene[0] && !arguments_given(first->arguments, "refine"))
         opened->scene.render.refine = SESSION_REFINE;
+    atomic_store(&first->done, true);
     return true;
 }
 
@@ -87,6 +94,12 @@ static bool should_stop(void *user)
 {
     const struct first *first = user;
     return interruption() || atomic_load(&first->failed);
+}
+
+static void wait_for_first(struct first *first)
+{
+    for (int i = 0; i < LOOKS && !atomic_load(&first->done) && !interruption(); i++)
+        nanosleep(&(struct timespec) { 0, LOOK_MS * 1000000L }, NULL);
 }
 
 /* Where a browser may read a file of this user's. A snap's sees none but those of the home folder that are not hidden. */
@@ -166,7 +179,9 @@ static bool serve(const struct values *values, struct first *first, char **paths
         .record = record,
     };
     struct session *session = session_create(&params, error);
-    if (session) {
+    if (session)
+        wait_for_first(first);
+    if (session && !should_stop(first)) {
         printf("%s\n", server_address(server));
         fflush(stdout);
         if (values->open)

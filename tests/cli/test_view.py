@@ -407,6 +407,16 @@ def browser(volume, folder):
         h.check(viewer.stop() == 0 and not os.path.exists(page), "and the file that led it is removed", viewer.error)
 
 
+def refused(folder, told, *args):
+    """Runs it with a browser that leaves a trace in `told`."""
+    tools = folder / "none"
+    os.mkdir(tools)
+    h.write(os.path.join(tools, "xdg-open"), "#!/bin/sh\ntouch '%s'\n" % told)
+    os.chmod(os.path.join(tools, "xdg-open"), 0o755)
+    env = dict(os.environ, PATH="%s:%s" % (tools, os.environ["PATH"]))
+    return subprocess.run([h.TOOL, *map(str, args)], stdin=subprocess.DEVNULL, capture_output=True, timeout=120, env=env)
+
+
 def cut_short(volume, folder):
     """A recording that cannot be written to its end is told of."""
     def limit():
@@ -494,6 +504,9 @@ with h.Folder() as folder:
     os.symlink(os.fsencode(volume), bad)
     h.fails("a name that is no text", 2, "rename it", "view", os.fsdecode(bad), "--no-open")
     h.fails("a file that is no volume", 1, "", "view", h.write(folder / "bad.nrrd", "NRRD0004\nnonsense\n"), "--no-open")
+    out = refused(folder, folder / "led", "view", folder / "bad.nrrd")
+    h.check(out.returncode == 1 and out.stdout == b"" and b"bad.nrrd" in out.stderr and not os.path.exists(folder / "led"),
+            "the error of a file comes before an address, and in place of a browser", out)
     h.fails("no file", 2, "a file name is missing", "view", "--no-open")
     h.fails("a port that is none", 2, "--port", "view", volume, "--no-open", "--port", "70000")
     h.fails("an address that is not this machine's", 1, "cannot listen", "view", volume, "--no-open", "--listen", "192.0.2.1")
