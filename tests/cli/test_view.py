@@ -6,6 +6,7 @@ import os
 import resource
 import signal
 import socket
+import struct
 import subprocess
 import sys
 import time
@@ -246,6 +247,22 @@ def paths(viewer, client, folder):
     files = client.answer(client.command("list", path=inside), "files")
     names = [entry["name"] for entry in files["entries"]]
     h.check("good.nhdr" in names and "passwd" not in str(files), "the named folder is listed", files)
+    h.check("good.raw" not in names, "raw samples, that their header opens, are left out", names)
+
+
+def series(client, inside):
+    """A folder of slices below a named one is told as such, and opened as a whole."""
+    slices = os.path.join(inside, "slices")
+    os.mkdir(slices)
+    for i in range(3):
+        tags = ((256, 4), (257, 3), (258, 8), (259, 1), (262, 1), (273, 8), (277, 1), (278, 3), (279, 12))
+        data = b"II*\0" + struct.pack("<I", 20) + bytes(range(i, i + 12)) + struct.pack("<H", len(tags))
+        h.write(os.path.join(slices, "%d.tif" % i), data + b"".join(struct.pack("<HHII", tag, 4, 1, value) for tag, value in tags) + bytes(4))
+    entries = client.answer(client.command("list", path=inside), "files")["entries"]
+    h.check([entry["path"] for entry in entries if entry["series"]] == [slices], "the folder of slices is told", entries)
+    listed = client.answer(client.command("list", path=slices), "files")
+    h.check(listed["series"] is True, "likewise where it is listed itself", listed)
+    h.check(opened(client, slices).get("dims") == [4, 3, 3], "and is opened as a volume", client.events[-1])
 
 
 def half_open(viewer, other):
@@ -450,6 +467,7 @@ with h.Folder() as folder:
         killed(viewer, b)
         killed_processes(viewer, b)
         paths(viewer, b, folder)
+        series(b, os.path.join(folder.path, "inside"))
         kept = uploads(viewer, b, volume)
         h.check(os.path.isdir(kept), "uploads are in a folder of their own")
         still_fine(viewer, b, "at the end, too")
