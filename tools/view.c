@@ -62,6 +62,12 @@ static bool any_given(const struct arguments *arguments, const struct pel_option
     return false;
 }
 
+static bool is_folder(const char *path)
+{
+    struct stat st;
+    return stat(path, &st) == 0 && S_ISDIR(st.st_mode);
+}
+
 /* What the flags and files say, read by the session's thread. */
 static bool open_first(void *user, struct session_opened *opened, const struct pel_progress *progress, struct pel_error *error)
 {
@@ -75,7 +81,10 @@ static bool open_first(void *user, struct session_opened *opened, const struct p
     bool fine = session_is_text(path) || tool_fail(error, PEL_ERROR_ARGUMENT, "%.300s: " SESSION_NO_TEXT, path);
     if (!fine || !scene_load(&loaded, first->arguments, values, first->path, &bar, error)) {
         first->error = *error;
-        atomic_store(&first->failed, true);
+        if (first->path && is_folder(first->path) && error->code == PEL_ERROR_FORMAT)
+            tool_note("%s; choose a file of it in the page", error->message);
+        else
+            atomic_store(&first->failed, true);
         atomic_store(&first->done, true);
         return false;
     }
@@ -248,7 +257,7 @@ const struct command command_view = {
     .summary = "Turn a volume under your hand, in a browser",
     .usage = "FILE... [options]",
     .description = "Prints the address of a page and opens it in the browser. The first FILE is shown: a volume, a folder with a DICOM series or TIFF slices, or "
-                   "a scene file. The others, and what lies below those that are folders, can be opened from the page; nothing else can.\n\n"
+                   "a scene file; of a folder that holds no such slices the page shows what can be opened. The others, and what lies below those that are folders, can be opened from the page; nothing else can.\n\n"
                    "On another machine: pellucid view FILE --no-open --port 8080 there, ssh -L 8080:127.0.0.1:8080 here, and the address that it printed. "
                    "Ctrl-C ends it.",
     .examples = "  pellucid view scan.nii.gz\n"

@@ -477,6 +477,14 @@ with h.Folder() as folder:
         h.check(viewer.error == "", "without a word", viewer.error)
         h.check(not os.path.exists(kept), "and removes the uploads")
 
+    with Viewer(h.TOOL, folder.path) as viewer:
+        client = Socket(viewer)
+        h.check(client.answer(client.hello(), "hello")["empty"] is True, "a folder without slices is there to choose from")
+        h.check(str(volume) in str(client.answer(client.command("list", path=folder.path), "files")), "it lists its files")
+        h.check(opened(client, str(volume)).get("dims") == [24, 24, 24], "and opens them")
+        client.frame(lossless=True)
+        h.check(viewer.stop() == 0 and "no DICOM or TIFF" in viewer.error and "choose" in viewer.error, "it says so", viewer.error)
+
     listening(volume)
     browser(volume, folder)
     cut_short(volume, folder)
