@@ -143,8 +143,7 @@ static void feed(struct session *session, const struct recording *recording, boo
         if (r->command && (fast || opens(r->command)))
             session_settle(session, false);
     }
-    for (size_t i = 0; i < recording->count; i++)
-        session_leave(session, recording->commands[i].client); /* takes its hold away */
+    session_let_go(session);
 }
 
 static int compare(const void *a, const void *b)

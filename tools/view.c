@@ -8,6 +8,7 @@
 #include <stdlib.h>
 #include <string.h>
 #include <sys/stat.h>
+#include <time.h>
 #include <unistd.h>
 
 #include "commands.h"
@@ -46,8 +47,12 @@ struct first {
     const struct values *values;
     const char *path; /* or NULL: the scene file's */
     struct pel_error error;
-    atomic_bool failed;
+    atomic_bool failed, done; /* done: read, or failed */
 };
+
+/* So long, in looks of LOOK_MS, the address waits for the first file: what is wrong with a file is mostly known at once, and no browser is to be
+ * led to a viewer that ends. Reading a large one goes on beside the page. */
+enum { LOOKS = 100, LOOK_MS = 5 };
 
 static bool any_given(const struct arguments *arguments, const struct pel_option *table)
 {
@@ -55,6 +60,12 @@ static bool any_given(const struct arguments *arguments, const struct pel_option
         if (arguments_given(arguments, table->name))
             return true;
     return false;
+}
+
+static bool is_folder(const char *path)
+{
+    struct stat st;
+    return stat(path, &st) == 0 && S_ISDIR(st.st_mode);
 }
 
 /* What the flags and files say, read by the session's thread. */
@@ -70,7 +81,11 @@ static bool open_first(void *user, struct session_opened *opened, const struct p
     bool fine = session_is_text(path) || tool_fail(error, PEL_ERROR_ARGUMENT, "%.300s: " SESSION_NO_TEXT, path);
     if (!fine || !scene_load(&loaded, first->arguments, values, first->path, &bar, error)) {
         first->error = *error;
-        atomic_store(&first->failed, true);
+        if (first->path && is_folder(first->path) && error->code == PEL_ERROR_FORMAT)
+            tool_note("%s; choose a file of it in the page", error->message);
+        else
+            atomic_store(&first->failed, true);
+        atomic_store(&first->done, true);
         return false;
     }
     opened->volume = loaded.volume;
@@ -80,6 +95,7 @@ static bool open_first(void *user, struct session_opened *opened, const struct p
     opened->fit_camera = !values->scene[0] && !any_given(first->arguments, pel_camera_options) && !any_given(first->arguments, move_rows);
     if (!values->scene[0] && !arguments_given(first->arguments, "refine"))
         opened->scene.render.refine = SESSION_REFINE;
+    atomic_store(&first->done, true);
     return true;
 }
 
@@ -87,6 +103,12 @@ static bool should_stop(void *user)
 {
     const struct first *first = user;
     return interruption() || atomic_load(&first->failed);
+}
+
+static void wait_for_first(struct first *first)
+{
+    for (int i = 0; i < LOOKS && !atomic_load(&first->done) && !interruption(); i++)
+        nanosleep(&(struct timespec) { 0, LOOK_MS * 1000000L }, NULL);
 }
 
 /* Where a browser may read a file of this user's. A snap's sees none but those of the home folder that are not hidden. */
@@ -166,7 +188,9 @@ static bool serve(const struct values *values, struct first *first, char **paths
         .record = record,
     };
     struct session *session = session_create(&params, error);
-    if (session) {
+    if (session)
+        wait_for_first(first);
+    if (session && !should_stop(first)) {
         printf("%s\n", server_address(server));
         fflush(stdout);
         if (values->open)
@@ -233,7 +257,7 @@ const struct command command_view = {
     .summary = "Turn a volume under your hand, in a browser",
     .usage = "FILE... [options]",
     .description = "Prints the address of a page and opens it in the browser. The first FILE is shown: a volume, a folder with a DICOM series or TIFF slices, or "
-                   "a scene file. The others, and what lies below those that are folders, can be opened from the page; nothing else can.\n\n"
+                   "a scene file; of a folder that holds no such slices the page shows what can be opened. The others, and what lies below those that are folders, can be opened from the page; nothing else can.\n\n"
                    "On another machine: pellucid view FILE --no-open --port 8080 there, ssh -L 8080:127.0.0.1:8080 here, and the address that it printed. "
                    "Ctrl-C ends it.",
     .examples = "  pellucid view scan.nii.gz\n"

@@ -194,7 +194,7 @@ void session_tell_hello(struct session *s, int client, const struct call *call)
     for (int i = 0; s->paths && s->paths[i]; i++)
         json_array_append_new(folders, json_words(s->paths[i]));
     session_tell(s, client,
-                 json_pack("{s:s, s:s, s:o, s:{s:o, s:o}, s:o, s:o, s:o, s:f, s:o}", "event", "hello", "version", pel_version(), "techniques",
+                 json_pack("{s:s, s:b, s:s, s:o, s:{s:o, s:o}, s:o, s:o, s:o, s:f, s:o}", "event", "hello", "empty", (int)(!s->volume && !s->opening), "version", pel_version(), "techniques",
                            techniques_json(), "options", "render", rows_json(pel_render_options), "camera", rows_json(pel_camera_options), "colormaps",
                            colormaps_json(), "device", session_device_json(s), "devices", session_devices_json(s), "budget_ms", s->params.budget_ms, "folders", folders),
                  call);

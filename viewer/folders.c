@@ -2,14 +2,16 @@
 /* What may be opened: the files and folders that were named, and what lies below them. Paths are judged after links and ".." were followed. */
 #include <dirent.h>
 #include <errno.h>
+#include <fcntl.h>
 #include <stdlib.h>
 #include <string.h>
 #include <strings.h>
 #include <sys/stat.h>
+#include <unistd.h>
 
 #include "session_inside.h"
 
-enum { MOST_ENTRIES = 4096, MOST_NAMES = 1 << 16, MOST_LISTINGS = 8 };
+enum { MOST_ENTRIES = 4096, MOST_NAMES = 1 << 16, MOST_LISTINGS = 8, LOOK_AT = 32 };
 
 static bool is_below(const char *path, const char *root)
 {
@@ -92,7 +94,7 @@ static bool name_ends(const char *name, size_t length, const char *ending, size_
     return length > tail && strncasecmp(name + length - tail, ending, tail) == 0;
 }
 
-/* By the name alone: a folder is not read through to be listed. */
+/* By the name alone: a folder is not read through to be listed. Raw samples are left out: a header beside them is what opens them. */
 static bool looks_readable(const char *name)
 {
     const struct pel_format_info *format;
@@ -102,7 +104,7 @@ static bool looks_readable(const char *name)
     if (name_ends(name, length, ".gz", 3))
         length -= 3;
     for (size_t i = 0; (format = pel_format_at(i)); i++)
-        for (const char *ending = format->endings; format->reads && ending && *ending;) {
+        for (const char *ending = format->endings; format->reads && strcmp(format->name, "raw") != 0 && ending && *ending;) {
             size_t tail = strcspn(ending, " ");
             if (tail > 0 && name_ends(name, length, ending, tail))
                 return true;
@@ -111,13 +113,49 @@ static bool looks_readable(const char *name)
     return name_ends(name, length, ".dcm", 4);
 }
 
+/* By its name, or by DICOM's sign: scanners write files without an ending. */
+static bool looks_like_slice(int folder, const char *name)
+{
+    size_t length = strlen(name);
+    char sign[4];
+    struct stat st;
+    if (name_ends(name, length, ".dcm", 4) || name_ends(name, length, ".tif", 4) || name_ends(name, length, ".tiff", 5))
+        return true;
+    if (strchr(name, '.') && strspn(name, "0123456789.") != length)
+        return false;
+    int fd = fstatat(folder, name, &st, 0) == 0 && S_ISREG(st.st_mode) ? openat(folder, name, O_RDONLY | O_CLOEXEC | O_NONBLOCK) : -1;
+    bool found = fd >= 0 && pread(fd, sign, sizeof sign, 128) == (ssize_t)sizeof sign && memcmp(sign, "DICM", sizeof sign) == 0;
+    if (fd >= 0)
+        close(fd);
+    return found;
+}
+
+/* Is a folder one to be opened as a whole? A look at its first files says so: a guess, but one that reads little. */
+static bool holds_slices(const char *path)
+{
+    const struct dirent *entry;
+    DIR *folder = opendir(path);
+    int found = 0;
+    for (int looked = 0; folder && found < 2 && looked < LOOK_AT && (entry = readdir(folder));) {
+        if (entry->d_name[0] == '.' || entry->d_type == DT_DIR)
+            continue;
+        looked++;
+        found += looks_like_slice(dirfd(folder), entry->d_name);
+    }
+    if (folder)
+        closedir(folder);
+    return found == 2;
+}
+
 /* NULL where it is nothing to be opened. */
 static json_t *entry_json(const char *path, const char *name, bool named)
 {
     struct stat st;
     if (stat(path, &st) != 0 || (!S_ISDIR(st.st_mode) && !S_ISREG(st.st_mode)) || (!named && !S_ISDIR(st.st_mode) && !looks_readable(name)))
         return NULL;
-    return json_pack("{s:s, s:s, s:b, s:I}", "name", name, "path", path, "folder", S_ISDIR(st.st_mode) ? 1 : 0, "bytes", (json_int_t)st.st_size);
+    bool folder = S_ISDIR(st.st_mode);
+    return json_pack("{s:s, s:s, s:b, s:b, s:I}", "name", name, "path", path, "folder", (int)folder, "series", (int)(folder && holds_slices(path)), "bytes",
+                     (json_int_t)st.st_size);
 }
 
 static void add(json_t *list, json_t *entry)
@@ -177,12 +215,29 @@ struct listing {
     int client;
     bool has_id;
     int64_t id;
-    char path[PEL_OPTION_TEXT_SIZE];
+    char path[PEL_OPTION_TEXT_SIZE]; /* "": what was named */
 };
+
+/* What was named, and uploads. */
+static json_t *list_named(struct session *s)
+{
+    json_t *names = json_array(), *list = json_array(), *name;
+    size_t i;
+    pthread_mutex_lock(&s->lock);
+    for (char **path = s->paths; path && *path; path++)
+        add(names, json_string(*path));
+    pthread_mutex_unlock(&s->lock);
+    json_array_foreach(names, i, name)
+        add(list, entry_json(json_string_value(name), last_part(json_string_value(name)), true));
+    json_decref(names);
+    return json_pack("{s:s, s:n, s:n, s:b, s:o}", "event", "files", "path", "parent", "series", 0, "entries", list);
+}
 
 /* The event; NULL on failure. */
 static json_t *list_json(const struct listing *listing, struct pel_error *error)
 {
+    if (!listing->path[0])
+        return list_named(listing->session);
     json_t *list = json_array(), *event = NULL;
     char *real = session_may_open(listing->session, listing->path) ? realpath(listing->path, NULL) : NULL;
     if (!real) {
@@ -193,7 +248,8 @@ static json_t *list_json(const struct listing *listing, struct pel_error *error)
         char *slash = strrchr(parent, '/');
         slash[slash == parent] = 0;
         bool up = strcmp(real, "/") != 0 && session_may_open(listing->session, parent);
-        event = json_pack("{s:s, s:s, s:s?, s:O}", "event", "files", "path", real, "parent", up ? parent : NULL, "entries", list);
+        event = json_pack("{s:s, s:s, s:s?, s:b, s:O}", "event", "files", "path", real, "parent", up ? parent : NULL, "series", (int)holds_slices(real),
+                          "entries", list);
         if (!event)
             session_fail(error, PEL_ERROR_ARGUMENT, "path: " SESSION_NO_TEXT);
     }
@@ -224,14 +280,7 @@ static void *list_away(void *user)
 bool run_list(struct call *call)
 {
     struct session *s = call->session;
-    if (!call_has(call, "path")) {
-        json_t *list = json_array();
-        for (int i = 0; s->paths && s->paths[i]; i++)
-            add(list, entry_json(s->paths[i], last_part(s->paths[i]), true));
-        session_tell(s, call->client->number, json_pack("{s:s, s:n, s:n, s:o}", "event", "files", "path", "parent", "entries", list), call);
-        return true;
-    }
-    const char *path = call_text(call, "path", PEL_OPTION_TEXT_SIZE);
+    const char *path = call_has(call, "path") ? call_text(call, "path", PEL_OPTION_TEXT_SIZE) : "";
     if (!path)
         return false;
     if (s->listings >= MOST_LISTINGS)

@@ -254,9 +254,10 @@ static void *run(void *user)
     pthread_cond_signal(&s->wake);
     pthread_mutex_unlock(&s->lock);
     opening_free(o);
-    if (fine)
+    if (fine) {
         count_histogram(s, volume);
-    session_devices_list(s);
+        session_devices_list(s); /* not where there is nothing to draw: the viewer may be ending */
+    }
     pthread_mutex_lock(&s->lock);
     session_thread_ends(s);
     pthread_mutex_unlock(&s->lock);

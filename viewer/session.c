@@ -168,11 +168,23 @@ void session_leave(struct session *s, int number)
         *client = (struct session_client) { .number = 0 };
         session_jobs_cancel(s, number);
         session_slices_leave(s);
+        session_size_again(s);
         if (held) {
             s->release = !session_held(s);
             s->state_dirty = true;
         }
     }
+    pthread_cond_signal(&s->wake);
+    pthread_mutex_unlock(&s->lock);
+}
+
+void session_let_go(struct session *s)
+{
+    pthread_mutex_lock(&s->lock);
+    s->release |= session_held(s);
+    s->state_dirty |= s->release;
+    for (int i = 0; i < SESSION_MOST_CLIENTS; i++)
+        s->clients[i].held = false;
     pthread_cond_signal(&s->wake);
     pthread_mutex_unlock(&s->lock);
 }

@@ -76,6 +76,8 @@ bool session_command_text(struct session *session, int client, const char *text,
 
 /* A client is gone: its hold is released. */
 void session_leave(struct session *session, int client);
+/* Whatever hands are down go up; nobody leaves. */
+void session_let_go(struct session *session);
 
 /* What was offered and kept long enough is closed. To be called from time to time. */
 void session_expire(struct session *session);

@@ -84,18 +84,37 @@ const char *call_text(const struct call *call, const char *key, size_t most)
 
 /* ---- what concerns the client alone ---- */
 
-static bool take_size(struct call *call)
+/* The widest shape, for the camera's angle is of the height: what any client would see is then in the picture. As wide as the client with the
+ * most columns asks, which has no fewer rows than that gives: so the limits of one client's size hold. */
+void session_size_again(struct session *s)
 {
-    struct session *s = call->session;
-    int size[2];
-    if (!call_size(call, "size", SESSION_MOST_SIDE, SESSION_MOST_PIXELS, size))
-        return false;
-    if (s->size[0] == size[0] && s->size[1] == size[1])
-        return true;
-    memcpy(s->size, size, sizeof size);
+    const int *widest = NULL;
+    int width = 0;
+    for (int i = 0; i < SESSION_MOST_CLIENTS; i++) {
+        const int *size = s->clients[i].size;
+        if (!s->clients[i].number || !size[0])
+            continue;
+        if (!widest || (int64_t)size[0] * widest[1] > (int64_t)widest[0] * size[1])
+            widest = size;
+        width = size[0] > width ? size[0] : width;
+    }
+    if (!widest)
+        return;
+    int height = (int)((int64_t)width * widest[1] / widest[0]);
+    if (s->size[0] == width && s->size[1] == height)
+        return;
+    s->size[0] = width;
+    s->size[1] = height;
     session_fit_again(s);
     session_changed(s, true);
     s->state_dirty = true;
+}
+
+static bool take_size(struct call *call)
+{
+    if (!call_size(call, "size", SESSION_MOST_SIDE, SESSION_MOST_PIXELS, call->client->size))
+        return false;
+    session_size_again(call->session);
     return true;
 }
 

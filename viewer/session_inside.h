@@ -25,6 +25,7 @@ struct session_client {
     int number; /* 0: a free place */
     bool greeted, held, slices; /* slices: it asked for them */
     int64_t id; /* of its last command, -1 before the first */
+    int size[2]; /* of the picture that it has room for; 0: it did not say */
 };
 
 /* What `slices` asked for. */
@@ -178,6 +179,9 @@ bool session_scene_from_snapshot(const char *text, const struct pel_volume *volu
 /* A step of undo (-1) or redo (1) that gave `text` (owned) could not be taken: not now, so it stays a step; or, as `error` says, not ever: then it
  * is dropped, with the steps beyond it that are of the same other file, and `error` tells of it. */
 void session_history_back(struct session *session, int direction, char *text, struct pel_error *error);
+
+/* The picture's size, anew from what the clients that are there have room for. */
+void session_size_again(struct session *session);
 
 /* ---- moves.c: of the camera ---- */
 bool run_rotate(struct call *call);

@@ -6,6 +6,7 @@ import os
 import resource
 import signal
 import socket
+import struct
 import subprocess
 import sys
 import time
@@ -246,6 +247,22 @@ def paths(viewer, client, folder):
     files = client.answer(client.command("list", path=inside), "files")
     names = [entry["name"] for entry in files["entries"]]
     h.check("good.nhdr" in names and "passwd" not in str(files), "the named folder is listed", files)
+    h.check("good.raw" not in names, "raw samples, that their header opens, are left out", names)
+
+
+def series(client, inside):
+    """A folder of slices below a named one is told as such, and opened as a whole."""
+    slices = os.path.join(inside, "slices")
+    os.mkdir(slices)
+    for i in range(3):
+        tags = ((256, 4), (257, 3), (258, 8), (259, 1), (262, 1), (273, 8), (277, 1), (278, 3), (279, 12))
+        data = b"II*\0" + struct.pack("<I", 20) + bytes(range(i, i + 12)) + struct.pack("<H", len(tags))
+        h.write(os.path.join(slices, "%d.tif" % i), data + b"".join(struct.pack("<HHII", tag, 4, 1, value) for tag, value in tags) + bytes(4))
+    entries = client.answer(client.command("list", path=inside), "files")["entries"]
+    h.check([entry["path"] for entry in entries if entry["series"]] == [slices], "the folder of slices is told", entries)
+    listed = client.answer(client.command("list", path=slices), "files")
+    h.check(listed["series"] is True, "likewise where it is listed itself", listed)
+    h.check(opened(client, slices).get("dims") == [4, 3, 3], "and is opened as a volume", client.events[-1])
 
 
 def half_open(viewer, other):
@@ -407,6 +424,16 @@ def browser(volume, folder):
         h.check(viewer.stop() == 0 and not os.path.exists(page), "and the file that led it is removed", viewer.error)
 
 
+def refused(folder, told, *args):
+    """Runs it with a browser that leaves a trace in `told`."""
+    tools = folder / "none"
+    os.mkdir(tools)
+    h.write(os.path.join(tools, "xdg-open"), "#!/bin/sh\ntouch '%s'\n" % told)
+    os.chmod(os.path.join(tools, "xdg-open"), 0o755)
+    env = dict(os.environ, PATH="%s:%s" % (tools, os.environ["PATH"]))
+    return subprocess.run([h.TOOL, *map(str, args)], stdin=subprocess.DEVNULL, capture_output=True, timeout=120, env=env)
+
+
 def cut_short(volume, folder):
     """A recording that cannot be written to its end is told of."""
     def limit():
@@ -440,6 +467,7 @@ with h.Folder() as folder:
         killed(viewer, b)
         killed_processes(viewer, b)
         paths(viewer, b, folder)
+        series(b, os.path.join(folder.path, "inside"))
         kept = uploads(viewer, b, volume)
         h.check(os.path.isdir(kept), "uploads are in a folder of their own")
         still_fine(viewer, b, "at the end, too")
@@ -448,6 +476,14 @@ with h.Folder() as folder:
         h.check(viewer.stop(signal.SIGINT) == 0, "Ctrl-C ends it", viewer.error)
         h.check(viewer.error == "", "without a word", viewer.error)
         h.check(not os.path.exists(kept), "and removes the uploads")
+
+    with Viewer(h.TOOL, folder.path) as viewer:
+        client = Socket(viewer)
+        h.check(client.answer(client.hello(), "hello")["empty"] is True, "a folder without slices is there to choose from")
+        h.check(str(volume) in str(client.answer(client.command("list", path=folder.path), "files")), "it lists its files")
+        h.check(opened(client, str(volume)).get("dims") == [24, 24, 24], "and opens them")
+        client.frame(lossless=True)
+        h.check(viewer.stop() == 0 and "no DICOM or TIFF" in viewer.error and "choose" in viewer.error, "it says so", viewer.error)
 
     listening(volume)
     browser(volume, folder)
@@ -494,6 +530,9 @@ with h.Folder() as folder:
     os.symlink(os.fsencode(volume), bad)
     h.fails("a name that is no text", 2, "rename it", "view", os.fsdecode(bad), "--no-open")
     h.fails("a file that is no volume", 1, "", "view", h.write(folder / "bad.nrrd", "NRRD0004\nnonsense\n"), "--no-open")
+    out = refused(folder, folder / "led", "view", folder / "bad.nrrd")
+    h.check(out.returncode == 1 and out.stdout == b"" and b"bad.nrrd" in out.stderr and not os.path.exists(folder / "led"),
+            "the error of a file comes before an address, and in place of a browser", out)
     h.fails("no file", 2, "a file name is missing", "view", "--no-open")
     h.fails("a port that is none", 2, "--port", "view", volume, "--no-open", "--port", "70000")
     h.fails("an address that is not this machine's", 1, "cannot listen", "view", volume, "--no-open", "--listen", "192.0.2.1")

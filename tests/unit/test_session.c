@@ -514,6 +514,7 @@ static void test_open(void **state)
     pel_volume_finish(&volume);
     start_with(&face, (const char *const[]) { folder, NULL }, NULL, NULL, NULL);
     assert_true(say(&face, 1, "{\"do\":\"hello\",\"size\":[96,64]}"));
+    assert_true(json_is_true(json_object_get(last(&face, "hello"), "empty")));
     assert_false(say(&face, 1, "{\"do\":\"rotate\",\"by\":[0,0]}")); /* nothing is open */
     for (int i = 0; i < 2; i++) { /* answered by another thread, for a disk may be slow */
         snprintf(text, sizeof text, "{\"do\":\"list\",\"path\":\"%s\",\"id\":%d}", i ? "/no/such" : "/", i);

@@ -144,9 +144,46 @@ static void test_full_quality_is_stopped(void **state)
     finish(&face);
 }
 
+static void assert_size(struct face *face, int width, int height)
+{
+    session_settle(face->session, true);
+    json_t *size = json_object_get(last(face, "state"), "size");
+    assert_int_equal(json_integer_value(json_array_get(size, 0)), width);
+    assert_int_equal(json_integer_value(json_array_get(size, 1)), height);
+    assert_true(face->final);
+}
+
+/* One picture for all: it has the widest shape, at the largest width, of those that are there. */
+static void test_sizes(void **state)
+{
+    struct face face;
+    size_t size;
+    (void)state;
+    start(&face);
+    void *alone = rest(&face, &size);
+    assert_true(say(&face, 2, "{\"do\":\"hello\",\"size\":[40,80]}"));
+    assert_true(same(&face, alone, size)); /* a narrow page cuts nothing off for the wide one */
+    assert_true(say(&face, 2, "{\"do\":\"size\",\"size\":[120,240]}"));
+    assert_size(&face, 120, 80);
+    assert_true(say(&face, 3, "{\"do\":\"hello\",\"size\":[60,30]}"));
+    assert_size(&face, 120, 60);
+    assert_false(say(&face, 3, "{\"do\":\"size\",\"size\":[8,30]}"));
+    assert_size(&face, 120, 60);
+    session_leave(face.session, 2);
+    assert_size(&face, 96, 48);
+    session_leave(face.session, 3);
+    assert_size(&face, 96, 64);
+    assert_true(same(&face, alone, size));
+    session_leave(face.session, 1);
+    assert_size(&face, 96, 64);
+    free(alone);
+    finish(&face);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_sizes),
         cmocka_unit_test(test_jobs),
         cmocka_unit_test(test_slices),
         cmocka_unit_test(test_slices_stop_a_picture),

@@ -224,11 +224,68 @@ static void test_downloads_expire(void **state)
     downloads_finish(&downloads);
 }
 
+static json_t *entry(struct files *f, const char *name)
+{
+    json_t *entries = json_object_get(last(&f->face, "files"), "entries"), *found = NULL;
+    for (size_t i = 0; i < json_array_size(entries); i++)
+        if (strcmp(json_string_value(json_object_get(json_array_get(entries, i), "name")), name) == 0)
+            found = json_array_get(entries, i);
+    return found;
+}
+
+static void put(const char *folder, const char *name, size_t at, const char *bytes)
+{
+    char path[512];
+    snprintf(path, sizeof path, "%s/%s", folder, name);
+    int fd = open(path, O_CREAT | O_WRONLY, 0600);
+    assert_int_equal(pwrite(fd, bytes, strlen(bytes), (off_t)at), (ssize_t)strlen(bytes));
+    close(fd);
+}
+
+static void drop(const char *folder, const char *const *names)
+{
+    char path[2048];
+    for (; *names; names++) {
+        snprintf(path, sizeof path, "%s/%s", folder, *names);
+        assert_int_equal(unlink(path), 0);
+    }
+    assert_int_equal(rmdir(folder), 0);
+}
+
+/* A list tells which folders are opened as a whole. */
+static void test_series(void **state)
+{
+    static const char *const names[] = { "named", "unnamed", "one", "other" };
+    static const char *const files[][3] = { { "1.dcm", "2.dcm" }, { "IM0001", "1.2.840.7" }, { "1.tif", "text" }, { "a.nrrd", "b.nrrd" } };
+    struct files f;
+    char path[4][256];
+    (void)state;
+    begin(&f);
+    for (int i = 0; i < 4; i++) {
+        snprintf(path[i], sizeof path[i], "%s/%s", f.folder, names[i]);
+        assert_int_equal(mkdir(path[i], 0700), 0);
+        for (int k = 0; k < 2; k++)
+            put(path[i], files[i][k], 128, i == 1 ? "DICM" : "none");
+    }
+    assert_true(say_of(&f, "{\"do\":\"list\",\"path\":\"%s\"}", f.folder));
+    session_settle(f.face.session, false);
+    assert_true(json_is_false(json_object_get(last(&f.face, "files"), "series")));
+    assert_true(json_is_false(json_object_get(entry(&f, "a.nrrd"), "series")));
+    for (int i = 0; i < 4; i++)
+        assert_int_equal(json_is_true(json_object_get(entry(&f, names[i]), "series")), i < 2);
+    assert_true(say_of(&f, "{\"do\":\"list\",\"path\":\"%s\"}", path[1]));
+    session_settle(f.face.session, false);
+    assert_true(json_is_true(json_object_get(last(&f.face, "files"), "series")));
+    for (int i = 0; i < 4; i++)
+        drop(path[i], files[i]);
+    done(&f);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_picture_across_open),    cmocka_unit_test(test_undo_to_a_file_that_is_gone), cmocka_unit_test(test_edit_while_undo_reads),
-        cmocka_unit_test(test_names_that_are_no_text), cmocka_unit_test(test_downloads_expire),
+        cmocka_unit_test(test_names_that_are_no_text), cmocka_unit_test(test_downloads_expire), cmocka_unit_test(test_series),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
