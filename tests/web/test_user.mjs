@@ -1,0 +1,55 @@
+/* SPDX-License-Identifier: MIT */
+/* What a user meets: crowded points, numbers that are too large, a volume of a patient, a folder of slices, undo once too often. */
+
+import { mkdtempSync, rmSync, writeFileSync } from 'node:fs';
+import os from 'node:os';
+import path from 'node:path';
+import { Face, equal, launch, main, test, view } from './harness.mjs';
+
+const SIDE = 16;
+const browser = await launch();
+const folder = mkdtempSync(path.join(os.tmpdir(), 'pellucid-web-'));
+
+/** A ball, 0 outside and 200 in its middle, in a NRRD file whose axes and unit are those of `fields`. */
+function ball(name, fields) {
+    const samples = Buffer.alloc(SIDE ** 3);
+    for (let at = 0; at < samples.length; at++) {
+        const off = [at % SIDE, Math.floor(at / SIDE) % SIDE, Math.floor(at / SIDE ** 2)].map((x) => x - SIDE / 2);
+        samples[at] = Math.max(0, 200 - 28 * Math.hypot(...off));
+    }
+    const lines = ['NRRD0004', 'type: uint8', 'dimension: 3', `sizes: ${SIDE} ${SIDE} ${SIDE}`, 'encoding: raw', ...fields];
+    const file = path.join(folder, name);
+    writeFileSync(file, Buffer.concat([Buffer.from(`${lines.join('\n')}\n\n`), samples]));
+    return file;
+}
+
+const patient = ball('patient.nrrd', ['space: left-posterior-superior', 'space directions: (1,0,0) (0,1,0) (0,0,1)', 'space origin: (0,0,0)']);
+const server = await view(patient);
+const face = await Face.open(browser, server.address, { viewport: { width: 1000, height: 640 } });
+const { page } = face;
+
+async function open(name) {
+    if (await page.locator(`#panel-${name}`).isHidden()) await page.click(`#open-${name}`);
+}
+
+test('of points that cover each other the nearest is taken', async () => {
+    await open('transfer');
+    const opacities = Array.from({ length: 61 }, (_, i) => [100 + i / 2, 0.5]);
+    await face.send({ do: 'set', scene: { transfer: { opacities } } });
+    await page.waitForFunction(() => document.querySelectorAll('circle.opacities').length === 61);
+    for (const index of [20, 33]) {
+        const [x, y] = await face.middle(`circle.opacities[data-index="${index}"]`);
+        await page.mouse.click(x, y);
+        await page.waitForSelector(`circle.opacities.chosen[data-index="${index}"]`, { timeout: 10000 });
+    }
+});
+
+test('the browser had nothing to complain about', async () => {
+    equal(face.complaints.join('\n'), '', 'complaints');
+});
+
+await main(async () => {
+    await browser.close();
+    await server.stop();
+    rmSync(folder, { recursive: true });
+});
