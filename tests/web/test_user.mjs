@@ -44,6 +44,35 @@ test('of points that cover each other the nearest is taken', async () => {
     }
 });
 
+test('a number that is too large is the largest one, and shown so; no number is what was there', async () => {
+    await open('transfer');
+    await face.send({ do: 'set', scene: { transfer: { opacities: [[0, 0.25], [200, 0.5]] } } });
+    await page.waitForFunction(() => document.querySelectorAll('circle.opacities').length === 2);
+    await page.click('circle.opacities[data-index="0"]');
+    const shown = (text) =>
+        page.waitForFunction((now) => document.querySelector('[aria-label="Opacity of the chosen point"]').value === now, text);
+    const fill = async (text) => {
+        await page.fill('[aria-label="Opacity of the chosen point"]', text);
+        await page.keyboard.press('Enter');
+    };
+    await shown('0.25');
+    await fill('5');
+    await shown('1');
+    await face.until(() => face.scene.transfer.opacities[0][1] === 1, 'the curve to follow');
+    await fill('-3');
+    await shown('0');
+    await face.until(() => face.scene.transfer.opacities[0][1] === 0, 'the curve to follow');
+    await fill('');
+    await shown('0');
+    await open('render');
+    const step = '#panel-render [data-option="refine"] input[type=number]';
+    await page.fill(step, '99999');
+    await page.keyboard.press('Enter');
+    const most = await page.locator(step).getAttribute('max');
+    await face.until(() => face.scene.render.refine === Number(most), 'the option to be the largest');
+    equal(await page.inputValue(step), most, 'what is shown');
+});
+
 test('the browser had nothing to complain about', async () => {
     equal(face.complaints.join('\n'), '', 'complaints');
 });
