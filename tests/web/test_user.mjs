@@ -4,9 +4,13 @@
 import { mkdtempSync, rmSync, writeFileSync } from 'node:fs';
 import os from 'node:os';
 import path from 'node:path';
-import { Face, equal, launch, main, test, view } from './harness.mjs';
+import { Face, assert, equal, launch, main, test, view } from './harness.mjs';
 
 const SIDE = 16;
+const SLOPE = [
+    [0, 0.25],
+    [200, 0.5],
+];
 const browser = await launch();
 const folder = mkdtempSync(path.join(os.tmpdir(), 'pellucid-web-'));
 
@@ -46,7 +50,7 @@ test('of points that cover each other the nearest is taken', async () => {
 
 test('a number that is too large is the largest one, and shown so; no number is what was there', async () => {
     await open('transfer');
-    await face.send({ do: 'set', scene: { transfer: { opacities: [[0, 0.25], [200, 0.5]] } } });
+    await face.send({ do: 'set', scene: { transfer: { opacities: SLOPE } } });
     await page.waitForFunction(() => document.querySelectorAll('circle.opacities').length === 2);
     await page.click('circle.opacities[data-index="0"]');
     const shown = (text) =>
@@ -71,6 +75,43 @@ test('a number that is too large is the largest one, and shown so; no number is 
     const most = await page.locator(step).getAttribute('max');
     await face.until(() => face.scene.render.refine === Number(most), 'the option to be the largest');
     equal(await page.inputValue(step), most, 'what is shown');
+    await face.send({ do: 'set', scene: { render: { refine: 0 } } });
+});
+
+test('automatic isosurfaces are drawn, in one step of undo', async () => {
+    const steps = () => face.events.filter(({ event }) => event === 'state').at(-1).undo;
+    await face.rest();
+    const before = steps();
+    equal(face.scene.render.mode, 'composite', 'the mode');
+    await open('surfaces');
+    await page.click('#panel-surfaces button:has-text("Automatic")');
+    await face.until(() => face.scene.render.mode === 'isosurface' && face.scene.isosurfaces.length > 0, 'the surface');
+    await face.rest();
+    equal(steps(), before + 1, 'steps of undo');
+    await page.click('#undo');
+    await face.until(() => face.scene.render.mode === 'composite', 'the undo');
+});
+
+test('undo once too often is no error; messages leave the scale bar free', async () => {
+    while (face.events.filter(({ event }) => event === 'state').at(-1).undo > 0) {
+        const before = face.events.length;
+        await face.send({ do: 'undo' });
+        await face.until(() => face.events.slice(before).some(({ event }) => event === 'state'), 'the undo');
+    }
+    await page.click('#open-surfaces');
+    await page.locator('#panel-surfaces').waitFor({ state: 'hidden' });
+    await page.keyboard.press('Control+z');
+    await page.waitForSelector('.message:has-text("Nothing to undo.")', { timeout: 60000 });
+    equal(await page.locator('.message.error').count(), 0, 'errors');
+    for (const [width, height] of [
+        [1000, 640],
+        [390, 700],
+    ]) {
+        await page.setViewportSize({ width, height });
+        const [over, bar] = [await page.locator('.message').last().boundingBox(), await page.locator('#main .scale-bar').boundingBox()];
+        assert(over.y + over.height <= bar.y, `at ${width} pixels a message ends at ${over.y + over.height}, the bar begins at ${bar.y}`);
+    }
+    await page.setViewportSize({ width: 1000, height: 640 });
 });
 
 test('the browser had nothing to complain about', async () => {
