@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /* What a user meets: crowded points, numbers that are too large, a volume of a patient, a folder of slices, undo once too often. */
 
-import { mkdtempSync, rmSync, writeFileSync } from 'node:fs';
+import { mkdirSync, mkdtempSync, rmSync, writeFileSync } from 'node:fs';
 import os from 'node:os';
 import path from 'node:path';
 import { Face, assert, equal, launch, main, test, view } from './harness.mjs';
@@ -28,7 +28,7 @@ function ball(name, fields) {
 }
 
 const patient = ball('patient.nrrd', ['space: left-posterior-superior', 'space directions: (1,0,0) (0,1,0) (0,0,1)', 'space origin: (0,0,0)']);
-const server = await view(patient);
+const server = await view(patient, folder);
 const face = await Face.open(browser, server.address, { viewport: { width: 1000, height: 640 } });
 const { page } = face;
 
@@ -112,6 +112,63 @@ test('undo once too often is no error; messages leave the scale bar free', async
         assert(over.y + over.height <= bar.y, `at ${width} pixels a message ends at ${over.y + over.height}, the bar begins at ${bar.y}`);
     }
     await page.setViewportSize({ width: 1000, height: 640 });
+});
+
+/** A grey TIFF of 8 x 8 bytes, all of one value. */
+function tiff(value) {
+    const tags = [
+        [256, 8],
+        [257, 8],
+        [258, 8],
+        [259, 1],
+        [262, 1],
+        [273, 128],
+        [277, 1],
+        [278, 8],
+        [279, 64],
+    ];
+    const bytes = Buffer.alloc(192, value);
+    bytes.fill(0, 0, 128);
+    bytes.write('II*\0');
+    bytes.writeUInt32LE(8, 4);
+    bytes.writeUInt16LE(tags.length, 8);
+    tags.forEach(([tag, what], i) => {
+        bytes.writeUInt16LE(tag, 10 + 12 * i);
+        bytes.writeUInt16LE(4, 12 + 12 * i);
+        bytes.writeUInt32LE(1, 14 + 12 * i);
+        bytes.writeUInt32LE(what, 18 + 12 * i);
+    });
+    return bytes;
+}
+
+test('a folder of slices is opened as a volume', async () => {
+    const slices = path.join(folder, 'slices');
+    mkdirSync(slices);
+    for (let i = 0; i < 5; i++) writeFileSync(path.join(slices, `slice${i}.tif`), tiff(40 * i));
+    /* A server that does not tell `series` is helped, so that the page's part is seen. */
+    await page.evaluate(async () => {
+        const { connection } = await import('./begin.js');
+        const ask = connection.ask.bind(connection);
+        connection.ask = async (...given) => {
+            const answer = await ask(...given);
+            if (answer?.entries) answer.series ??= answer.entries.some(({ name }) => name.endsWith('.tif'));
+            return answer;
+        };
+    });
+    const whole = page.locator('button:has-text("Open this folder as a volume")');
+    await open('file');
+    await page.click(`.file:has-text("${path.basename(folder)}")`);
+    await page.waitForSelector('.file:has-text("patient.nrrd")', { timeout: 60000 });
+    assert(await whole.isHidden(), 'a folder without slices is offered as a volume');
+    await page.click('.file:has-text("slices")');
+    await page.waitForSelector('.file:has-text("slice4.tif")', { timeout: 60000 });
+    await whole.click();
+    await page.waitForFunction(() => document.querySelector('#dims').textContent.startsWith('8 × 8 × 5'), null, { timeout: 60000 });
+    await face.rest();
+    await page.click('.file:has-text("..")');
+    await page.click('.file:has-text("patient.nrrd")');
+    await page.waitForFunction(() => document.querySelector('#dims').textContent.startsWith('16 × 16 × 16'), null, { timeout: 60000 });
+    await face.rest();
 });
 
 test('the browser had nothing to complain about', async () => {
