@@ -171,6 +171,18 @@ test('a folder of slices is opened as a volume', async () => {
     await face.rest();
 });
 
+test('a patient’s sides are named on buttons, in the list of keys and on the sliders of slices', async () => {
+    await open('camera');
+    const views = await page.locator('#panel-camera .views button').allTextContents();
+    equal(views.join(), 'Left (L),Right (R),Back (P),Front (A),Top (S),Bottom (I)', 'the buttons');
+    await open('slices');
+    const rows = await page.locator('#panel-slices .field label').allTextContents();
+    for (const name of ['Sagittal (i)', 'Coronal (j)', 'Axial (k)']) assert(rows.includes(name), `${name} is not in ${rows.join()}`);
+    await page.keyboard.press('?');
+    await page.waitForSelector('#help:has-text("look from left (L), right (R), back (P), front (A), top (S), bottom (I)")', { timeout: 10000 });
+    await page.keyboard.press('Escape');
+});
+
 test('the browser had nothing to complain about', async () => {
     equal(face.complaints.join('\n'), '', 'complaints');
 });
