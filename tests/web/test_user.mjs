@@ -183,6 +183,21 @@ test('a patient’s sides are named on buttons, in the list of keys and on the s
     await page.keyboard.press('Escape');
 });
 
+test('the status line tells the voxel as finely as the value', async () => {
+    await open('slices');
+    await page.click('#panel-slices [aria-label="Show three slices"]');
+    await face.until(() => face.frames.some(({ header }) => header.view === 'slice-k'), 'the slices');
+    const [x, y] = await face.middle('.slice >> nth=2');
+    await page.mouse.move(x + 21, y + 17);
+    await page.waitForSelector('.status-cursor:has-text("voxel")', { timeout: 60000 });
+    const words = await page.locator('.status-cursor').textContent(),
+        { index } = face.events.filter(({ event, hit }) => event === 'probe' && hit).at(-1);
+    const told = /voxel ([^ ]+), ([^ ]+), ([^ ]+)/.exec(words).slice(1).map(Number);
+    assert(index.some((i) => Math.abs(i - Math.round(i)) > 0.05), `the pointer is between voxels: ${index}`);
+    index.forEach((i, axis) => assert(Math.abs(i - told[axis]) <= 0.0051, `${words} for the place ${index}`));
+    await page.click('#panel-slices [aria-label="Show three slices"]');
+});
+
 test('the browser had nothing to complain about', async () => {
     equal(face.complaints.join('\n'), '', 'complaints');
 });
