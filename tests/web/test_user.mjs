@@ -198,6 +198,16 @@ test('the status line tells the voxel as finely as the value', async () => {
     await page.click('#panel-slices [aria-label="Show three slices"]');
 });
 
+test('no unit is told where the volume tells none', async () => {
+    await face.rest();
+    const words = await page.locator('#main .scale-bar').textContent();
+    assert(/^[\d.]+ units/.test(words), `the scale bar says ${words}`);
+    const [x, y] = await face.middle('#main');
+    await page.mouse.move(x, y);
+    await page.waitForSelector('.status-cursor:has-text("voxel")', { timeout: 60000 });
+    assert(!/mm/.test(await page.locator('.status-cursor').textContent()), 'the status line says mm');
+});
+
 test('the browser had nothing to complain about', async () => {
     equal(face.complaints.join('\n'), '', 'complaints');
 });

@@ -8,7 +8,8 @@ import { get, set, watch } from './store.js';
 
 const PAUSE_MS = 60;
 
-export const worldUnit = () => get('volume')?.units || (get('volume')?.space === 'unknown' ? '' : 'mm');
+/** Of lengths in the world, "" where the volume does not tell it. */
+export const worldUnit = () => get('volume')?.units ?? '';
 
 /** NaN, of samples that were not measured, comes as null. */
 const valueOf = ({ value }) => (value === null ? 'no value' : `value ${short(value)}`);
