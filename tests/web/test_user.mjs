@@ -208,6 +208,17 @@ test('no unit is told where the volume tells none', async () => {
     assert(!/mm/.test(await page.locator('.status-cursor').textContent()), 'the status line says mm');
 });
 
+test('a scene that is imported as a colour map is called a scene', async () => {
+    await open('transfer');
+    const scene = JSON.stringify({ 'pellucid-scene': 1, render: { mode: 'mip' } });
+    await page.setInputFiles('[aria-label="ParaView colour map to import"]', {
+        name: 'view.json',
+        mimeType: 'application/json',
+        buffer: Buffer.from(scene),
+    });
+    await page.waitForSelector('.message.error:has-text("view.json is a scene, not a colour map")', { timeout: 10000 });
+});
+
 test('the browser had nothing to complain about', async () => {
     equal(face.complaints.join('\n'), '', 'complaints');
 });
