@@ -219,6 +219,24 @@ test('a scene that is imported as a colour map is called a scene', async () => {
     await page.waitForSelector('.message.error:has-text("view.json is a scene, not a colour map")', { timeout: 10000 });
 });
 
+test('on a phone four pictures lie beside the bar and the sheet, not under them', async () => {
+    await page.setViewportSize({ width: 390, height: 844 });
+    await open('slices');
+    await page.click('#panel-slices [aria-label="Show three slices"]');
+    await page.waitForSelector('#stage[data-layout="four"]');
+    const edges = () =>
+        page.evaluate(() => {
+            const box = (selector) => document.querySelector(selector).getBoundingClientRect();
+            return [box('#top').bottom, box('#stage').top, box('#stage').bottom, box('#panel-slices').top];
+        });
+    await page.waitForFunction(() => document.querySelector('#panel-slices').getAnimations().length === 0);
+    const [bar, top, bottom, sheet] = await edges();
+    assert(bar <= top, `the bar ends at ${bar}, the pictures begin at ${top}`);
+    assert(bottom <= sheet + 1, `the pictures end at ${bottom}, the sheet begins at ${sheet}`);
+    await page.click('#panel-slices [aria-label="Show three slices"]');
+    await page.setViewportSize({ width: 1000, height: 640 });
+});
+
 test('the browser had nothing to complain about', async () => {
     equal(face.complaints.join('\n'), '', 'complaints');
 });
