@@ -3,24 +3,21 @@
 
 import { button, field, h } from './dom.js';
 import { checkbox, select } from './controls.js';
-import { axisNames } from './geometry.js';
+import { placeName } from './geometry.js';
 import { get, prefer, watch } from './store.js';
 import { sceneOptions } from './render-panel.js';
-
-const PLACES = { L: 'Left', R: 'Right', P: 'Back', A: 'Front', S: 'Top', I: 'Bottom' };
 
 export function cameraPanel(app) {
     const views = h('div', { class: 'views', role: 'group', 'aria-label': 'Look from' });
     watch(['volume'], () => {
-        const names = axisNames(get('volume').space);
+        const { space } = get('volume');
         views.replaceChildren(
             ...['x', 'y', 'z'].flatMap((axis, i) =>
                 [1, -1].map((sign, j) => {
-                    const letter = names[i][1] ? names[i][j] : '';
-                    const caption = letter ? `${PLACES[letter]} (${letter})` : `${sign > 0 ? '+' : '−'}${axis}`;
-                    return button(caption, () => app.look(axis, sign), {
+                    const place = placeName(space, i, sign);
+                    return button(place[0].toUpperCase() + place.slice(1), () => app.look(axis, sign), {
                         kind: 'small',
-                        title: `Look from ${letter ? PLACES[letter] : (sign > 0 ? '+' : '−') + axis} (${2 * i + j + 1})`,
+                        title: `Look from ${place}, key ${2 * i + j + 1}`,
                     });
                 }),
             ),

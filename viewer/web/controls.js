@@ -17,6 +17,18 @@ function shower(input) {
     };
 }
 
+/** What somebody gave in a field of a number, within what it may be, and shown so; undefined, and what was there again, for no number. */
+function given(input, { minimum, maximum, whole }, before, digits) {
+    if (!Number.isFinite(input.valueAsNumber)) {
+        input.value = before;
+        return undefined;
+    }
+    const number = whole ? Math.round(input.valueAsNumber) : input.valueAsNumber;
+    const inside = clamp(number, minimum ?? -Infinity, maximum ?? Infinity);
+    if (inside !== input.valueAsNumber) input.value = short(inside, digits);
+    return inside;
+}
+
 /** How values lie along a slider: logarithmic over some decades, spread towards 0 where what is usual is a small part of what may be. */
 function spacing(minimum, maximum, usual) {
     const same = (x) => x;
@@ -57,7 +69,8 @@ export function slider({ minimum, maximum, label, whole, usual }, onchange) {
         show = shower(number);
     let active = false,
         keys = false,
-        value = minimum;
+        value = minimum,
+        before = '';
     const end = () => {
         if (!active) return;
         active = false;
@@ -76,16 +89,17 @@ export function slider({ minimum, maximum, label, whole, usual }, onchange) {
     });
     for (const kind of ['change', 'blur']) range.addEventListener(kind, end);
     number.addEventListener('change', () => {
-        if (number.value !== '' && number.checkValidity()) {
-            range.value = forward(Number(number.value));
-            onchange(whole ? Math.round(Number(number.value)) : Number(number.value), 'end');
-        }
+        const now = given(number, { minimum, maximum, whole }, before, digits);
+        if (now === undefined) return;
+        range.value = forward(now);
+        onchange(now, 'end');
     });
     const element = h('div', { class: 'slider' }, range, number);
     element.update = (now) => {
         if (active || now === undefined || now === null) return;
         range.value = forward(now);
-        show(short(now, digits));
+        before = short(now, digits);
+        show(before);
     };
     return element;
 }
@@ -100,8 +114,15 @@ export function numberInput({ minimum, maximum, label, whole }, onchange) {
         'aria-label': label,
     });
     const show = shower(number);
-    number.addEventListener('change', () => number.value !== '' && number.checkValidity() && onchange(Number(number.value), 'end'));
-    number.update = (value) => show(value === undefined || value === null ? '' : short(value, 7));
+    let before = '';
+    number.addEventListener('change', () => {
+        const now = given(number, { minimum, maximum, whole }, before, 7);
+        if (now !== undefined) onchange(now, 'end');
+    });
+    number.update = (value) => {
+        before = value === undefined || value === null ? '' : short(value, 7);
+        show(before);
+    };
     return number;
 }
 

@@ -20,10 +20,14 @@ export function presetsOf(text) {
 }
 
 /** Whether a dropped text is a ParaView preset, not a scene. */
-export const isPreset = (text) => /^\s*</.test(text) || /"(RGBPoints|IndexedColors)"/.test(text);
+export const isPreset = (text) => /^\s*</.test(text) || (/"(RGBPoints|IndexedColors)"/.test(text) && !/"pellucid-scene"/.test(text));
 
 /** Imports the text of a file; of several presets one is asked for, and it alone is sent: there are files of many. */
 export function importColors(app, text, file) {
+    if (/"pellucid-scene"/.test(text)) {
+        app.messages.error(`${file} is a scene, not a colour map: open it in the panel File, or drop it on the picture.`);
+        return;
+    }
     const presets = presetsOf(text);
     if (presets.length < 2) {
         app.sendAbout({ do: 'import', text }, file);

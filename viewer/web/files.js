@@ -91,11 +91,18 @@ export function filesPanel(app) {
         picker.value = '';
     });
     let here = undefined;
+    /* Of slices, each in a file, the folder is the volume. */
+    const whole = button('Open this folder as a volume', () => app.connection.send({ do: 'open', path: here }), {
+        kind: 'small',
+        title: 'All the slices in it (DICOM, TIFF)',
+    });
+    whole.hidden = true;
     const browse = async (path) => {
         const found = await app.guard(app.connection.ask({ do: 'list', ...(path ? { path } : {}) }, 'files'));
         if (!found) return;
         here = path;
         where.textContent = found.path ?? 'Folders of the server';
+        whole.hidden = !found.series;
         const up = found.path ? [{ name: '..', path: found.parent, folder: true }] : [];
         list.replaceChildren(
             ...[...up, ...found.entries].map((entry) =>
@@ -148,6 +155,7 @@ export function filesPanel(app) {
             picker,
         ),
         where,
+        h('div', { class: 'row' }, whole),
         list,
     );
 }

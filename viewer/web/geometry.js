@@ -104,6 +104,22 @@ export function axisNames(space) {
     ];
 }
 
+const PLACES = { L: 'left', R: 'right', P: 'back', A: 'front', S: 'top', I: 'bottom' };
+
+/** Where one looks from, along an axis (0, 1, 2) of the world: "front (A)" in a patient, else "+y". */
+export function placeName(space, axis, sign) {
+    const names = axisNames(space)[axis],
+        letter = names[1] && names[sign > 0 ? 0 : 1];
+    return letter ? `${PLACES[letter]} (${letter})` : (sign > 0 ? '+' : '−') + names[0];
+}
+
+/** What slices square to a world direction are called in a patient, "" elsewhere. */
+export function planeName(space, direction) {
+    if (!axisNames(space)[0][1]) return '';
+    const sizes = direction.map(Math.abs);
+    return ['sagittal', 'coronal', 'axial'][sizes.indexOf(Math.max(...sizes))];
+}
+
 /** The anatomical letter, or the axis, towards which a world direction points most. */
 export function directionName(space, direction) {
     const axis = [0, 1, 2].reduce((best, i) => (Math.abs(direction[i]) > Math.abs(direction[best]) ? i : best), 0);

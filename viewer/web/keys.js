@@ -2,9 +2,12 @@
 /* Keys, and the list of them that `?` shows. Where a field or the editor has the focus, keys are theirs. */
 
 import { button, h } from './dom.js';
+import { placeName } from './geometry.js';
 import { get, prefer, set } from './store.js';
 
 const TURN = 0.025; /* of the picture: 5 degrees */
+const VIEWS = ['x', 'y', 'z'].flatMap((axis) => [1, -1].map((sign) => [axis, sign]));
+const placeOf = ([axis, sign]) => placeName(get('volume')?.space, 'xyz'.indexOf(axis), sign);
 
 const MOUSE = [
     ['Left drag', 'turns'],
@@ -42,22 +45,14 @@ export class Keys {
         this.dialog = dialog;
         const { connection, trackball } = app;
         const camera = (command) => connection.send({ ...command, gesture: connection.newGesture() });
-        const views = [
-            ['x', 1],
-            ['x', -1],
-            ['y', 1],
-            ['y', -1],
-            ['z', 1],
-            ['z', -1],
-        ];
-        /* [keys as shown, what it does, test, action] */
+        /* [keys as shown, what it does (or what tells it), test, action] */
         this.table = [
             ['Arrows', 'turn', (e) => e.key.startsWith('Arrow') && !e.shiftKey, (e) => trackball.nudge('rotate', this.#arrow(e))],
             ['Shift arrows', 'pan', (e) => e.key.startsWith('Arrow') && e.shiftKey, (e) => trackball.nudge('pan', this.#arrow(e))],
             ['+  −', 'zoom', (e) => '+=-'.includes(e.key), (e) => trackball.nudge('zoom', e.key === '-' ? 1 / 1.1 : 1.1)],
             ['[  ]', 'roll', (e) => '[]'.includes(e.key), (e) => trackball.nudge('roll', e.key === '[' ? 5 : -5)],
             ['R', 'the camera of the start', 'r', () => camera({ do: 'reset' })],
-            ['1 … 6', 'look from +x −x +y −y +z −z', (e) => /^[1-6]$/.test(e.key), (e) => app.look(...views[e.key - 1])],
+            ['1 … 6', () => `look from ${VIEWS.map(placeOf).join(', ')}`, (e) => /^[1-6]$/.test(e.key), (e) => app.look(...VIEWS[e.key - 1])],
             ['O', 'parallel or perspective', 'o', () => app.edits.apply({ camera: { parallel: !get('scene')?.camera?.parallel } })],
             ['F', 'focal point in the middle of what is seen', 'f', () => camera({ do: 'focus', at: [0.5, 0.5] })],
             ['Ctrl Z', 'undo', (e) => this.#ctrl(e, 'z') && !e.shiftKey, () => app.undo()],
@@ -121,7 +116,7 @@ export class Keys {
                 h(
                     'dl',
                     { class: 'keys' },
-                    rows.flatMap(([keys, what]) => [h('dt', {}, keys), h('dd', {}, what)]),
+                    rows.flatMap(([keys, what]) => [h('dt', {}, keys), h('dd', {}, typeof what === 'function' ? what() : what)]),
                 ),
             );
         this.dialog.replaceChildren(

@@ -162,7 +162,8 @@ const told = {
     state: (event) => edits.state(event),
     error: ({ id, message, do: kind }) => {
         if (kind === 'set') edits.refused();
-        app.complain(message, id && id === subject.id ? subject.name : '');
+        if (/nothing to (un|re)do/.test(message)) app.messages.tell(kind === 'undo' ? 'Nothing to undo.' : 'Nothing to redo.');
+        else app.complain(message, id && id === subject.id ? subject.name : '');
     },
     progress: ({ what, done }) => {
         if (done >= 1) app.progress.hide();

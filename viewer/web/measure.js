@@ -8,14 +8,18 @@ import { get, set, watch } from './store.js';
 
 const PAUSE_MS = 60;
 
-export const worldUnit = () => get('volume')?.units || (get('volume')?.space === 'unknown' ? '' : 'mm');
+/** Of lengths in the world, "" where the volume does not tell it. */
+export const worldUnit = () => get('volume')?.units ?? '';
 
 /** NaN, of samples that were not measured, comes as null. */
 const valueOf = ({ value }) => (value === null ? 'no value' : `value ${short(value)}`);
 
+/** Between the samples, as the value is. */
+const voxelOf = ({ index }) => index?.map((x) => Number(x.toFixed(2))).join(', ');
+
 /** What a probe found, as one line. */
 export function describe(probe) {
-    const index = probe.index?.map((i) => Math.round(i)).join(', '),
+    const index = voxelOf(probe),
         world = probe.world?.map((x) => short(x)).join(', ');
     return `${valueOf(probe)}   voxel ${index}   at ${world} ${worldUnit()}`;
 }
@@ -162,7 +166,7 @@ export function measurePanel(app) {
         const facts = cursor
             ? [
                   ['Value', cursor.value === null ? 'no value' : short(cursor.value, 6)],
-                  ['Voxel', cursor.index.map((x) => short(x)).join(', ')],
+                  ['Voxel', voxelOf(cursor)],
                   ['World', `${cursor.world.map((x) => short(x)).join(', ')} ${worldUnit()}`],
               ]
             : [

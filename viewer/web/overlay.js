@@ -21,7 +21,7 @@ const ENDS = ['x', 'y', 'z'].flatMap((name, axis) =>
 export function updateScaleBar(host, view, picture) {
     const perPixel = (2 * view.halfHeight) / picture.area.height;
     const world = roundStep(Math.min(160, picture.clientWidth / 4) * perPixel);
-    const unit = get('volume').units || (get('volume').space === 'unknown' ? 'units' : 'mm');
+    const unit = get('volume').units || 'units';
     const place = view.parallel ? '' : picture.clientWidth < 320 ? ' at focus' : ' in the focal plane';
     const text = `${short(world)} ${unit}${place}`;
     if (!host.children.length) host.append(h('div', { class: 'bar' }), h('div', {}));

@@ -4,7 +4,7 @@
 import { button, clamp, field, h, short } from './dom.js';
 import { checkbox, numberInput, slider } from './controls.js';
 import { wanted } from './begin.js';
-import { axisStep, flat, invert, transform, unit } from './geometry.js';
+import { axisStep, flat, invert, planeName, transform, unit } from './geometry.js';
 import { get, set, watch } from './store.js';
 import { planesSection } from './planes.js';
 import { Slice } from './slice.js';
@@ -196,12 +196,14 @@ export function slicesPanel(app) {
     watch(['volume'], () =>
         rows.replaceChildren(
             ...get('volume').dims.map((n, axis) => {
-                const control = slider({ minimum: 0, maximum: Math.max(n - 1, 1), label: `Slice ${'ijk'[axis]}`, whole: true }, (x) => {
+                const plane = planeName(get('volume').space, axisStep(slices.matrix, axis)),
+                    name = plane ? `${plane[0].toUpperCase()}${plane.slice(1)} (${'ijk'[axis]})` : 'ijk'[axis];
+                const control = slider({ minimum: 0, maximum: Math.max(n - 1, 1), label: `Slice ${name}`, whole: true }, (x) => {
                     const index = transform(slices.inverse, slices.at);
                     index[axis] = x;
                     slices.goTo(index);
                 });
-                const row = field('ijk'[axis], control);
+                const row = field(name, control);
                 row.update = control.update;
                 return row;
             }),

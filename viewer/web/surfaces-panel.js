@@ -74,6 +74,12 @@ export function surfacesPanel(app) {
             render: { mode: 'isosurface' },
         });
     }
+    /** One step of undo: the value, and the mode that shows it. */
+    function automatic() {
+        const gesture = app.connection.newGesture();
+        app.connection.send({ do: 'automatic', what: 'isosurfaces', gesture });
+        app.connection.send({ do: 'set', scene: { render: { mode: 'isosurface' } }, gesture });
+    }
     const show = button('Draw isosurfaces', () => app.edits.apply({ render: { mode: 'isosurface' } }), { kind: 'small' });
     return h(
         'div',
@@ -85,7 +91,7 @@ export function surfacesPanel(app) {
             { class: 'row' },
             button('Add', add, { icon: 'plus', kind: 'small', title: 'One more isosurface' }),
             show,
-            button('Automatic', () => app.connection.send({ do: 'automatic', what: 'isosurfaces' }), {
+            button('Automatic', automatic, {
                 kind: 'small',
                 title: 'The value that shows the outer boundary',
             }),

@@ -226,18 +226,22 @@ export class TransferEditor extends HTMLElement {
         return [event.clientX - box.left - MARGIN.left, event.clientY - box.top - MARGIN.top];
     }
 
-    /** The mark under the pointer, or close by: fingers are wide. */
+    /**
+     * The mark that is nearest to the pointer, of the part that lies under it, or of the points close by: fingers are wide. Marks may
+     * cover each other: the one on top is often not the one that is meant.
+     */
     #hit(event) {
-        const mark = event.target.closest?.('[data-part]');
-        if (mark) return { part: mark.dataset.part, index: Number(mark.dataset.index) };
+        const under = event.target.closest?.('[data-part]'),
+            part = under?.dataset.part ?? 'opacities';
         const [x, y] = this.#at(event),
-            axes = this.axes,
-            reach = event.pointerType === 'touch' ? 22 : 9;
-        let best = null,
-            least = reach;
-        this.data.opacities.forEach((point, index) => {
-            const off = Math.hypot(axes.x(point[0]) - x, axes.y(point[1]) - y);
-            if (off < least) [best, least] = [{ part: 'opacities', index }, off];
+            axes = this.axes;
+        let best = under ? { part, index: Number(under.dataset.index) } : null,
+            least = under ? Infinity : event.pointerType === 'touch' ? 22 : 9;
+        this.data[part].forEach((point, index) => {
+            const across = axes.x(part === 'isosurfaces' ? point.value : point[0]) - x;
+            const off = part === 'opacities' ? Math.hypot(across, axes.y(point[1]) - y) : Math.abs(across);
+            /* Of those at the same place the last one, which is on top. */
+            if (off <= least) [best, least] = [{ part, index }, off];
         });
         return best;
     }
