@@ -262,9 +262,11 @@ static bool draw_full(struct drawer *d, struct frame_facts *f, bool *finished, s
     double start = session_now();
     if (!pel_image_allocate(&d->full, f->of[0], f->of[1], false, error) || !draw(d, d->technique, &d->full, f, error))
         return false;
-    d->full_ms = session_now() - start;
-    d->full_pixels = (double)f->of[0] * f->of[1];
     f->final = *finished = pel_renderer_finished(d->renderer); /* at once where nothing is refined, or where this was drawn before */
+    if (!f->final || d->scene.render.refine <= 1) { /* what is remembered costs nothing, and tells nothing */
+        d->full_ms = session_now() - start;
+        d->full_pixels = (double)f->of[0] * f->of[1];
+    }
     f->quality = f->final && d->scene.render.refine > 0 ? "refined" : "full";
     d->rest = *f;
     d->refined_sent_ms = session_now();

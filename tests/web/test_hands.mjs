@@ -38,8 +38,12 @@ async function putBand() {
     const opacities = BAND.map(([value, opacity]) => [lo + (value / 120) * (hi - lo), opacity]);
     await face.send({ do: 'set', scene: { transfer: { opacities } } });
     await face.until(() => values().length === BAND.length && face.scene.transfer.opacities[2][1] === 0.5, 'the band');
-    await page.waitForFunction(() => document.querySelectorAll('circle.opacities').length === 6);
-    await face.settle();
+    /* The page takes it once its own last edit rests. */
+    await page.evaluate(async (wanted) => {
+        const { get } = await import('./store.js');
+        while (get('scene').transfer.opacities.join() !== wanted) await new Promise((done) => setTimeout(done, 10));
+    }, opacities.join());
+    await face.rest();
     return opacities;
 }
 

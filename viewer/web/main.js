@@ -156,7 +156,10 @@ function volume(event) {
 }
 
 const told = {
-    hello: (event) => set({ hello: event, devices: event }),
+    hello: (event) => {
+        set({ hello: event, devices: event });
+        if (event.empty) set({ panel: 'file' }); /* a folder was named: its files are what there is to see */
+    },
     devices: (event) => set({ devices: event }),
     volume,
     state: (event) => edits.state(event),
