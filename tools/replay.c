@@ -22,9 +22,11 @@ struct values {
 
 #define FIELD(name) offsetof(struct values, name)
 static const struct pel_option rows[] = {
-    { "fast", "Fast", "Each command as soon as a picture shows the last, in place of its time", PEL_OPTION_BOOL, FIELD(fast), 0, 0, "false", NULL, NULL },
+    { "fast", "Fast", "Each command as soon as a picture shows the last, in place of its time", PEL_OPTION_BOOL, FIELD(fast), 0, 0, "false",
+      NULL, NULL },
     { "picture", "Picture", "Write the last picture, at rest", PEL_OPTION_TEXT, FIELD(picture), 0, 0, NULL, NULL, NULL },
-    { "threads", "Threads", "Threads of the CPU engine; 0 is as many as the machine has", PEL_OPTION_INT, FIELD(threads), 0, 1024, "0", NULL, NULL },
+    { "threads", "Threads", "Threads of the CPU engine; 0 is as many as the machine has", PEL_OPTION_INT, FIELD(threads), 0, 1024, "0",
+      NULL, NULL },
     { "budget", "Budget", "Time for a picture while things move", PEL_OPTION_DOUBLE, FIELD(budget), 1, 10000, "33", NULL, "ms" },
     { NULL },
 };
@@ -95,7 +97,8 @@ static void on_event(void *user, int client, const char *text)
     json_t *event = json_loads(text, 0, NULL);
     const char *kind = json_string_value(json_object_get(event, "event"));
     if (kind && strcmp(kind, "error") == 0) {
-        const char *command = json_string_value(json_object_get(event, "do")), *message = json_string_value(json_object_get(event, "message"));
+        const char *command = json_string_value(json_object_get(event, "do")),
+                   *message = json_string_value(json_object_get(event, "message"));
         pthread_mutex_lock(&w->lock);
         bool expected = was_told(w->recording, client, command ? command : "") || (message && strcmp(message, "cancelled") == 0);
         w->errors += !expected;
@@ -156,8 +159,8 @@ static void tell(const char *what, double *ms, size_t count)
 {
     qsort(ms, count, sizeof *ms, compare);
     if (count)
-        printf("%-14s %6zu frames, median %.1f ms, 95th percentile %.1f ms, longest %.1f ms\n", what, count, ms[count / 2], ms[count - 1 - count / 20],
-               ms[count - 1]);
+        printf("%-14s %6zu frames, median %.1f ms, 95th percentile %.1f ms, longest %.1f ms\n", what, count, ms[count / 2],
+               ms[count - 1 - count / 20], ms[count - 1]);
     else
         printf("%-14s %6d frames\n", what, 0);
 }
@@ -211,8 +214,8 @@ static bool replay(const struct values *values, struct recording *recording, str
     if (fine && interruption())
         fine = tool_fail(error, PEL_ERROR_CANCELLED, "interrupted");
     if (fine && w->errors)
-        fine = tool_fail(error, PEL_ERROR_FORMAT, "%d error%s that the recording did not have; its files or the device are others", w->errors,
-                         w->errors == 1 ? "" : "s");
+        fine = tool_fail(error, PEL_ERROR_FORMAT, "%d error%s that the recording did not have; its files or the device are others",
+                         w->errors, w->errors == 1 ? "" : "s");
     return fine;
 }
 
@@ -250,7 +253,8 @@ const struct command command_replay = {
     .name = "replay",
     .summary = "Play a recording of the viewer again",
     .usage = "RECORDING [--fast] [--picture FILE.png] [options]",
-    .description = "Gives the commands that `pellucid view --record` wrote to a session again, and tells what its pictures cost. The last picture at rest is the same, "
+    .description = "Gives the commands that `pellucid view --record` wrote to a session again, and tells what its pictures cost. The last "
+                   "picture at rest is the same, "
                    "byte for byte.",
     .examples = "  pellucid view head.nrrd --record head.jsonl\n"
                 "  pellucid replay head.jsonl --fast --picture last.png\n",

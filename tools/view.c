@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: MIT */
-/* pellucid view: the viewer. Listens and shows the page before the volume is read, so that the one waits for the other as little as can be. */
+/* pellucid view: the viewer. Listens and shows the page before the volume is read, so that the one waits for the other as little as can be.
+ */
 #include <errno.h>
 #include <fcntl.h>
 #include <signal.h>
@@ -28,15 +29,18 @@ struct values {
 
 #define FIELD(name) offsetof(struct values, name)
 static const struct pel_option rows[] = {
-    { "open", "Open", "Open the page in the browser (xdg-open); its address is printed in any case", PEL_OPTION_BOOL, FIELD(open), 0, 0, "true", NULL, NULL },
+    { "open", "Open", "Open the page in the browser (xdg-open); its address is printed in any case", PEL_OPTION_BOOL, FIELD(open), 0, 0,
+      "true", NULL, NULL },
     { "port", "Port", "Port to listen on; 0 is a free one", PEL_OPTION_INT, FIELD(port), 0, 65535, "0", NULL, NULL },
     { "listen", "Listen",
-      "Address to listen on. Beyond 127.0.0.1 whoever reads the traffic sees the address with its token: better tunnel the port (ssh -L)", PEL_OPTION_TEXT,
-      FIELD(listen), 0, 0, "127.0.0.1", NULL, NULL },
-    { "max-upload", "Largest upload", "Of a file dropped on the page; 0 takes none", PEL_OPTION_DOUBLE, FIELD(max_upload), 0, 1e9, "4096", NULL, "MB" },
-    { "budget", "Budget", "Time for a picture while things move: smaller pictures and longer steps keep to it", PEL_OPTION_DOUBLE, FIELD(budget), 1, 10000,
-      "33", NULL, "ms" },
-    { "record", "Record", "Write every command into this file, for `pellucid replay`", PEL_OPTION_TEXT, FIELD(record), 0, 0, NULL, NULL, NULL },
+      "Address to listen on. Beyond 127.0.0.1 whoever reads the traffic sees the address with its token: better tunnel the port (ssh -L)",
+      PEL_OPTION_TEXT, FIELD(listen), 0, 0, "127.0.0.1", NULL, NULL },
+    { "max-upload", "Largest upload", "Of a file dropped on the page; 0 takes none", PEL_OPTION_DOUBLE, FIELD(max_upload), 0, 1e9, "4096",
+      NULL, "MB" },
+    { "budget", "Budget", "Time for a picture while things move: smaller pictures and longer steps keep to it", PEL_OPTION_DOUBLE,
+      FIELD(budget), 1, 10000, "33", NULL, "ms" },
+    { "record", "Record", "Write every command into this file, for `pellucid replay`", PEL_OPTION_TEXT, FIELD(record), 0, 0, NULL, NULL,
+      NULL },
     { NULL },
 };
 static const struct option_extra extras[] = { { "listen", 0, "ADDRESS", NULL, false }, { "record", 0, "FILE", NULL, false }, { NULL } };
@@ -50,8 +54,8 @@ struct first {
     atomic_bool failed, done; /* done: read, or failed */
 };
 
-/* So long, in looks of LOOK_MS, the address waits for the first file: what is wrong with a file is mostly known at once, and no browser is to be
- * led to a viewer that ends. Reading a large one goes on beside the page. */
+/* So long, in looks of LOOK_MS, the address waits for the first file: what is wrong with a file is mostly known at once, and no browser is
+ * to be led to a viewer that ends. Reading a large one goes on beside the page. */
 enum { LOOKS = 100, LOOK_MS = 5 };
 
 static bool any_given(const struct arguments *arguments, const struct pel_option *table)
@@ -121,15 +125,18 @@ static const char *folder_for_browser(void)
     return run && run[0] && access(run, W_OK) == 0 ? run : temporary_folder();
 }
 
-/* A page that leads to the viewer's and that this user alone can read: the words of a command line, and so its token, anybody on the machine can. */
+/* A page that leads to the viewer's and that this user alone can read: the words of a command line, and so its token, anybody on the
+ * machine can. */
 static bool write_leading_page(const char *address, char path[PEL_OPTION_TEXT_SIZE])
 {
     int length = snprintf(path, PEL_OPTION_TEXT_SIZE, "%s/pellucid-view-XXXXXX.html", folder_for_browser());
     int fd = length < PEL_OPTION_TEXT_SIZE ? mkostemps(path, (int)strlen(".html"), O_CLOEXEC) : -1; /* 0600 */
     if (fd < 0)
         return false;
-    bool fine = dprintf(fd, "<!DOCTYPE html><meta charset=\"utf-8\"><meta name=\"referrer\" content=\"no-referrer\"><title>Pellucid</title>"
-                            "<meta http-equiv=\"refresh\" content=\"0; url=%s\"><a href=\"%s\">The viewer</a>\n", address, address) > 0;
+    bool fine = dprintf(fd,
+                        "<!DOCTYPE html><meta charset=\"utf-8\"><meta name=\"referrer\" content=\"no-referrer\"><title>Pellucid</title>"
+                        "<meta http-equiv=\"refresh\" content=\"0; url=%s\"><a href=\"%s\">The viewer</a>\n",
+                        address, address) > 0;
     if (close(fd) == 0 && fine)
         return true;
     unlink(path);
@@ -146,7 +153,8 @@ static void open_browser(const char *address, char page[PEL_OPTION_TEXT_SIZE])
     pid_t pid;
     if (!write_leading_page(address, page)) {
         page[0] = 0;
-        tool_note("no browser is started, for no file can be made in %s: %s; open the address above in one", folder_for_browser(), strerror(errno));
+        tool_note("no browser is started, for no file can be made in %s: %s; open the address above in one", folder_for_browser(),
+                  strerror(errno));
         return;
     }
     signal(SIGCHLD, SIG_IGN); /* nobody waits for it */
@@ -248,7 +256,8 @@ static int run(const struct command *command, int argc, char **argv)
     bool fine = serve(&values, &first, paths, record, &error);
     bool whole = !record || !ferror(record);
     if ((record && fclose(record) != 0) || !whole)
-        fine = fine && tool_fail(&error, PEL_ERROR_IO, "--record %.300s: it could not be written to its end; is the disk full?", values.record);
+        fine = fine &&
+               tool_fail(&error, PEL_ERROR_IO, "--record %.300s: it could not be written to its end; is the disk full?", values.record);
     return tool_finish_stdout(fine ? EXIT_FINE : tool_report(&error));
 }
 
@@ -256,9 +265,12 @@ const struct command command_view = {
     .name = "view",
     .summary = "Turn a volume under your hand, in a browser",
     .usage = "FILE... [options]",
-    .description = "Prints the address of a page and opens it in the browser. The first FILE is shown: a volume, a folder with a DICOM series or TIFF slices, or "
-                   "a scene file; of a folder that holds no such slices the page shows what can be opened. The others, and what lies below those that are folders, can be opened from the page; nothing else can.\n\n"
-                   "On another machine: pellucid view FILE --no-open --port 8080 there, ssh -L 8080:127.0.0.1:8080 here, and the address that it printed. "
+    .description = "Prints the address of a page and opens it in the browser. The first FILE is shown: a volume, a folder with a DICOM "
+                   "series or TIFF slices, or "
+                   "a scene file; of a folder that holds no such slices the page shows what can be opened. The others, and what lies below "
+                   "those that are folders, can be opened from the page; nothing else can.\n\n"
+                   "On another machine: pellucid view FILE --no-open --port 8080 there, ssh -L 8080:127.0.0.1:8080 here, and the address "
+                   "that it printed. "
                    "Ctrl-C ends it.",
     .examples = "  pellucid view scan.nii.gz\n"
                 "  pellucid view head.nrrd data/ --isovalue 90\n"

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT */
-/* What draws, and choosing another while the session runs. Devices are listed by a thread that reads files, after the first picture's needs, for
- * that can take a second; another one is made by the thread that draws, between two pictures. Where it cannot be made the old one stays. */
+/* What draws, and choosing another while the session runs. Devices are listed by a thread that reads files, after the first picture's
+ * needs, for that can take a second; another one is made by the thread that draws, between two pictures. Where it cannot be made the old
+ * one stays. */
 #include <stdlib.h>
 #include <string.h>
 
@@ -8,7 +9,10 @@
 
 static json_t *row(const struct pel_device_info *info, const char *id, int threads)
 {
-    return json_pack("{s:s, s:s, s:s, s:i}", "id", id, "name", info ? info->name : "CPU", "kind", !info ? "cpu" : info->software ? "software" : "gpu",
+    return json_pack("{s:s, s:s, s:s, s:i}", "id", id, "name", info ? info->name : "CPU", "kind",
+                     !info            ? "cpu"
+                     : info->software ? "software"
+                                      : "gpu",
                      "threads", threads);
 }
 
@@ -37,7 +41,8 @@ json_t *session_devices_json(const struct session *s)
 
 void session_tell_devices(struct session *s)
 {
-    session_tell(s, 0, json_pack("{s:s, s:o, s:o}", "event", "devices", "device", session_device_json(s), "devices", session_devices_json(s)), NULL);
+    session_tell(
+        s, 0, json_pack("{s:s, s:o, s:o}", "event", "devices", "device", session_device_json(s), "devices", session_devices_json(s)), NULL);
 }
 
 void session_devices_list(struct session *s)
@@ -70,8 +75,8 @@ bool run_device(struct call *call)
 }
 
 /* Makes what was wished for; without the lock. */
-static bool make(const struct session *s, const struct session_wish *wish, struct pel_renderer_params *params, struct pel_renderer **renderer,
-                 struct pel_error *error)
+static bool make(const struct session *s, const struct session_wish *wish, struct pel_renderer_params *params,
+                 struct pel_renderer **renderer, struct pel_error *error)
 {
     struct pel_device_params limits = PEL_DEVICE_PARAMS_INIT;
     limits.memory_limit = s->params.gpu_memory;

@@ -28,7 +28,8 @@ int download_file(struct pel_error *error)
             unlink(path);
     }
     if (fd < 0)
-        session_fail(error, PEL_ERROR_IO, "%s: no temporary file can be made there: %s; set TMPDIR to another folder", folder, strerror(errno));
+        session_fail(error, PEL_ERROR_IO, "%s: no temporary file can be made there: %s; set TMPDIR to another folder", folder,
+                     strerror(errno));
     return fd;
 }
 

@@ -1,8 +1,9 @@
 /* SPDX-License-Identifier: MIT */
 /* The thread that draws. It looks at what changed, does the one thing that matters most, and looks again:
  *   a picture of motion, small or by slices, that fits the budget, while a hand is down or full quality would take longer than that;
- *   the slices that were asked for; the picture in full quality, once things rest; further frames of it, averaged; pictures and movies to be saved.
- * What is not motion stops at its next report when a command comes. Commands never wait for a picture: each picture has a copy of the scene. */
+ *   the slices that were asked for; the picture in full quality, once things rest; further frames of it, averaged; pictures and movies to
+ * be saved. What is not motion stops at its next report when a command comes. Commands never wait for a picture: each picture has a copy of
+ * the scene. */
 #include <errno.h>
 #include <math.h>
 #include <stdlib.h>
@@ -27,7 +28,7 @@ struct drawer {
     struct encoder *encoder;
     struct slices_drawer *slices;
     struct pel_image moving, full;
-    struct pel_scene scene; /* the copy that is drawn */
+    struct pel_scene scene;        /* the copy that is drawn */
     uint64_t known;                /* number of the volume that the renderer may remember; 0: none */
     struct session_volume *volume; /* of the copy; held */
     struct pace pace;
@@ -134,8 +135,9 @@ static bool take_copy(struct drawer *d, struct frame_facts *f, struct pel_error 
     }
     memcpy(&d->scene, &s->scene, sizeof d->scene); /* with its padding: the renderer compares bytes */
     d->scene.transfer = transfer;
-    *f = (struct frame_facts) { .view = "main", .of = { s->size[0], s->size[1] }, .revision = s->revision,
-                                .volume = s->volume->number, .scene = &d->scene };
+    *f = (struct frame_facts) {
+        .view = "main", .of = { s->size[0], s->size[1] }, .revision = s->revision, .volume = s->volume->number, .scene = &d->scene
+    };
     session_note_clients(s, f, false);
     return true;
 }
@@ -196,7 +198,8 @@ static void note_drawn(const struct drawer *d, double start, struct frame_facts 
 static bool draw(struct drawer *d, const char *technique, struct pel_image *image, struct frame_facts *f, struct pel_error *error)
 {
     double start = session_now();
-    if (!session_take_options(d->renderer, &d->scene, technique, error) || !pel_renderer_draw(d->renderer, &d->scene, technique, image, error))
+    if (!session_take_options(d->renderer, &d->scene, technique, error) ||
+        !pel_renderer_draw(d->renderer, &d->scene, technique, image, error))
         return false;
     note_drawn(d, start, f);
     return true;
@@ -263,7 +266,7 @@ static bool draw_full(struct drawer *d, struct frame_facts *f, bool *finished, s
     if (!pel_image_allocate(&d->full, f->of[0], f->of[1], false, error) || !draw(d, d->technique, &d->full, f, error))
         return false;
     f->final = *finished = pel_renderer_finished(d->renderer); /* at once where nothing is refined, or where this was drawn before */
-    if (!f->final || d->scene.render.refine <= 1) { /* what is remembered costs nothing, and tells nothing */
+    if (!f->final || d->scene.render.refine <= 1) {            /* what is remembered costs nothing, and tells nothing */
         d->full_ms = session_now() - start;
         d->full_pixels = (double)f->of[0] * f->of[1];
     }

@@ -21,8 +21,8 @@ bool session_can_draw(const struct pel_technique_choice *technique, bool cpu, st
     if (!pel_renderer_take_technique(NULL, technique, error))
         return false;
     return !cpu || (info->engines & PEL_ENGINE_CPU) ||
-           session_fail(error, PEL_ERROR_UNSUPPORTED, "technique.name: %s draws on a GPU alone, not on the CPU; choose a GPU, or another technique",
-                        info->name);
+           session_fail(error, PEL_ERROR_UNSUPPORTED,
+                        "technique.name: %s draws on a GPU alone, not on the CPU; choose a GPU, or another technique", info->name);
 }
 
 void session_drop_impossible_technique(const struct session *s, struct pel_scene *scene)
@@ -224,8 +224,8 @@ void session_history_back(struct session *s, int direction, char *text, struct p
     char why[sizeof error->message];
     bool gone = path && strcmp(path, s->scene.source.path) != 0;
     int count = 1 + history_drop(&s->history, direction, gone ? is_of : NULL, path);
-    snprintf(why, sizeof why, "%.400s; %d step%s of %s %s left out", error->message, count, count == 1 ? "" : "s", direction < 0 ? "undo" : "redo",
-             count == 1 ? "is" : "are");
+    snprintf(why, sizeof why, "%.400s; %d step%s of %s %s left out", error->message, count, count == 1 ? "" : "s",
+             direction < 0 ? "undo" : "redo", count == 1 ? "is" : "are");
     memcpy(error->message, why, sizeof why);
     s->state_dirty = true;
     free(path);

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
-/* PNG at zlib level 1 with runs only (Z_RLE) and one filter: of a rendered picture it is sooner made than WebP's lossless form, whose fastest
- * method takes nearly twice as long (docs/decisions/0010-the-viewer.md). */
+/* PNG at zlib level 1 with runs only (Z_RLE) and one filter: of a rendered picture it is sooner made than WebP's lossless form, whose
+ * fastest method takes nearly twice as long (docs/decisions/0010-the-viewer.md). */
 #include "encode.h"
 
 #include <setjmp.h>

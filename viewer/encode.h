@@ -12,15 +12,16 @@ struct encoder;
 struct encoder *encoder_create(struct pel_error *error);
 void encoder_destroy(struct encoder *encoder); /* accepts NULL */
 
-/* The picture before `background` (RGBA, not premultiplied); `high`: so that nobody sees the loss. The bytes are the encoder's, until its next
- * picture. */
-bool encode_jpeg(struct encoder *encoder, const struct pel_image *image, const double background[4], bool high, const void **bytes, size_t *size,
-                 struct pel_error *error);
+/* The picture before `background` (RGBA, not premultiplied); `high`: so that nobody sees the loss. The bytes are the encoder's, until its
+ * next picture. */
+bool encode_jpeg(struct encoder *encoder, const struct pel_image *image, const double background[4], bool high, const void **bytes,
+                 size_t *size, struct pel_error *error);
 /* 8 bits, sRGB, lossless but for that; zlib level 1, unless `small`. background NULL: alpha is kept. */
-bool encode_png(struct encoder *encoder, const struct pel_image *image, const double *background, bool small, const void **bytes, size_t *size,
-                struct pel_error *error);
+bool encode_png(struct encoder *encoder, const struct pel_image *image, const double *background, bool small, const void **bytes,
+                size_t *size, struct pel_error *error);
 
 /* The picture as bytes RGBX (or RGBA, unassociated, where background is NULL): 4 * width * height, the encoder's. NULL on failure. */
-const unsigned char *encoder_pixels(struct encoder *encoder, const struct pel_image *image, const double *background, struct pel_error *error);
+const unsigned char *encoder_pixels(struct encoder *encoder, const struct pel_image *image, const double *background,
+                                    struct pel_error *error);
 
 #endif

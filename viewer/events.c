@@ -48,7 +48,8 @@ void session_tell_error(struct session *s, int client, const char *message, cons
 {
     json_t *event = json_pack("{s:s, s:o}", "event", "error", "message", json_words(message));
     if (s->params.record)
-        record_error(s->params.record, session_now() - s->started_ms, client, call && call->name && session_is_text(call->name) ? call->name : "");
+        record_error(s->params.record, session_now() - s->started_ms, client,
+                     call && call->name && session_is_text(call->name) ? call->name : "");
     if (call && call->name)
         json_object_set_new(event, "do", json_words(call->name));
     session_tell(s, client, event, call);
@@ -65,7 +66,8 @@ void session_offer(struct session *s, int client, int fd, const char *name, cons
     char url[32];
     snprintf(url, sizeof url, "download/%u", entry->number);
     session_tell(s, client,
-                 json_pack("{s:s, s:s, s:s, s:I, s:s}", "event", "download", "name", name, "url", url, "bytes", (json_int_t)entry->bytes, "type", type),
+                 json_pack("{s:s, s:s, s:s, s:I, s:s}", "event", "download", "name", name, "url", url, "bytes", (json_int_t)entry->bytes,
+                           "type", type),
                  call);
 }
 
@@ -128,8 +130,9 @@ static json_t *row_json(const struct pel_option *row)
     for (int i = 0; row->choices && row->choices[i]; i++)
         json_array_append_new(choices, json_string(row->choices[i]));
     return json_pack("{s:s, s:s, s:s, s:s, s:o, s:o, s:o, s:o, s:s?}", "name", row->name, "label", row->label, "help", row->help, "type",
-                     type_name(row->type), "minimum", ranged ? real(row->minimum) : json_null(), "maximum", ranged ? real(row->maximum) : json_null(),
-                     "default", row->fallback ? typed(row->type, row->fallback) : json_null(), "choices", choices, "unit", row->unit);
+                     type_name(row->type), "minimum", ranged ? real(row->minimum) : json_null(), "maximum",
+                     ranged ? real(row->maximum) : json_null(), "default", row->fallback ? typed(row->type, row->fallback) : json_null(),
+                     "choices", choices, "unit", row->unit);
 }
 
 static json_t *rows_json(const struct pel_option *rows)
@@ -180,7 +183,8 @@ static json_t *colormaps_json(void)
             double rgb[3] = { 0, 0, 0 };
             char text[8];
             pel_colormap_lookup(name, (double)k / (COLORS - 1), rgb);
-            snprintf(text, sizeof text, "#%02x%02x%02x", (int)lround(255 * rgb[0]) & 255, (int)lround(255 * rgb[1]) & 255, (int)lround(255 * rgb[2]) & 255);
+            snprintf(text, sizeof text, "#%02x%02x%02x", (int)lround(255 * rgb[0]) & 255, (int)lround(255 * rgb[1]) & 255,
+                     (int)lround(255 * rgb[2]) & 255);
             json_array_append_new(colors, json_string(text));
         }
         json_array_append_new(list, json_pack("{s:s, s:o}", "name", name, "colors", colors));
@@ -194,9 +198,11 @@ void session_tell_hello(struct session *s, int client, const struct call *call)
     for (int i = 0; s->paths && s->paths[i]; i++)
         json_array_append_new(folders, json_words(s->paths[i]));
     session_tell(s, client,
-                 json_pack("{s:s, s:b, s:s, s:o, s:{s:o, s:o}, s:o, s:o, s:o, s:f, s:o}", "event", "hello", "empty", (int)(!s->volume && !s->opening), "version", pel_version(), "techniques",
-                           techniques_json(), "options", "render", rows_json(pel_render_options), "camera", rows_json(pel_camera_options), "colormaps",
-                           colormaps_json(), "device", session_device_json(s), "devices", session_devices_json(s), "budget_ms", s->params.budget_ms, "folders", folders),
+                 json_pack("{s:s, s:b, s:s, s:o, s:{s:o, s:o}, s:o, s:o, s:o, s:f, s:o}", "event", "hello", "empty",
+                           (int)(!s->volume && !s->opening), "version", pel_version(), "techniques", techniques_json(), "options", "render",
+                           rows_json(pel_render_options), "camera", rows_json(pel_camera_options), "colormaps", colormaps_json(), "device",
+                           session_device_json(s), "devices", session_devices_json(s), "budget_ms", s->params.budget_ms, "folders",
+                           folders),
                  call);
 }
 
@@ -206,8 +212,8 @@ static json_t *arrays_json(const struct pel_file_info *info)
 {
     json_t *list = json_array();
     for (int i = 0; i < info->array_count; i++)
-        json_array_append_new(list, json_pack("{s:o, s:s, s:i}", "name", json_words(info->arrays[i].name), "type", pel_type_name(info->arrays[i].type),
-                                              "components", info->arrays[i].components));
+        json_array_append_new(list, json_pack("{s:o, s:s, s:i}", "name", json_words(info->arrays[i].name), "type",
+                                              pel_type_name(info->arrays[i].type), "components", info->arrays[i].components));
     return list;
 }
 
@@ -222,21 +228,23 @@ void session_tell_volume(struct session *s, int client)
     for (int i = 0; i < v->info.note_count; i++)
         json_array_append_new(notes, json_words(v->info.notes[i]));
     session_tell(s, client,
-                 json_pack("{s:s, s:o, s:o, s:[I, I, I], s:o, s:o, s:s, s:o, s:o, s:o, s:s, s:b, s:O, s:o, s:o, s:o}", "event", "volume", "name",
-                           json_words(volume->name), "path", json_words(s->scene.source.path), "dims", (json_int_t)volume->dims[0],
-                           (json_int_t)volume->dims[1], (json_int_t)volume->dims[2], "spacing", session_numbers(volume->spacing, 3), "units",
-                           json_words(volume->units), "type", pel_type_name(volume->type), "range", session_numbers(volume->range, 2), "bounds",
-                           session_numbers(bounds, 6), "index_to_world", session_numbers(&matrix[0][0], 16), "space", pel_space_name(volume->space),
-                           "labels", (int)volume->labels, "histogram", v->histogram ? v->histogram : json_null(), "arrays", arrays_json(&v->info),
-                           "array", json_words(s->scene.source.array), "notes", notes),
+                 json_pack("{s:s, s:o, s:o, s:[I, I, I], s:o, s:o, s:s, s:o, s:o, s:o, s:s, s:b, s:O, s:o, s:o, s:o}", "event", "volume",
+                           "name", json_words(volume->name), "path", json_words(s->scene.source.path), "dims", (json_int_t)volume->dims[0],
+                           (json_int_t)volume->dims[1], (json_int_t)volume->dims[2], "spacing", session_numbers(volume->spacing, 3),
+                           "units", json_words(volume->units), "type", pel_type_name(volume->type), "range",
+                           session_numbers(volume->range, 2), "bounds", session_numbers(bounds, 6), "index_to_world",
+                           session_numbers(&matrix[0][0], 16), "space", pel_space_name(volume->space), "labels", (int)volume->labels,
+                           "histogram", v->histogram ? v->histogram : json_null(), "arrays", arrays_json(&v->info), "array",
+                           json_words(s->scene.source.array), "notes", notes),
                  NULL);
 }
 
 void session_tell_state(struct session *s, int client)
 {
     char *scene = pel_scene_to_text(&s->scene, NULL, NULL), *text = NULL;
-    if (scene && asprintf(&text, "{\"event\": \"state\", \"undo\": %d, \"redo\": %d, \"size\": [%d, %d], \"held\": %s, \"scene\": %s}", s->history.undo.count,
-                          s->history.redo.count, s->size[0], s->size[1], session_held(s) ? "true" : "false", scene) < 0)
+    if (scene &&
+        asprintf(&text, "{\"event\": \"state\", \"undo\": %d, \"redo\": %d, \"size\": [%d, %d], \"held\": %s, \"scene\": %s}",
+                 s->history.undo.count, s->history.redo.count, s->size[0], s->size[1], session_held(s) ? "true" : "false", scene) < 0)
         text = NULL;
     free(scene);
     send_text(s, client, text);

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: MIT */
-/* What may be opened: the files and folders that were named, and what lies below them. Paths are judged after links and ".." were followed. */
+/* What may be opened: the files and folders that were named, and what lies below them. Paths are judged after links and ".." were followed.
+ */
 #include <dirent.h>
 #include <errno.h>
 #include <fcntl.h>
@@ -154,8 +155,8 @@ static json_t *entry_json(const char *path, const char *name, bool named)
     if (stat(path, &st) != 0 || (!S_ISDIR(st.st_mode) && !S_ISREG(st.st_mode)) || (!named && !S_ISDIR(st.st_mode) && !looks_readable(name)))
         return NULL;
     bool folder = S_ISDIR(st.st_mode);
-    return json_pack("{s:s, s:s, s:b, s:b, s:I}", "name", name, "path", path, "folder", (int)folder, "series", (int)(folder && holds_slices(path)), "bytes",
-                     (json_int_t)st.st_size);
+    return json_pack("{s:s, s:s, s:b, s:b, s:I}", "name", name, "path", path, "folder", (int)folder, "series",
+                     (int)(folder && holds_slices(path)), "bytes", (json_int_t)st.st_size);
 }
 
 static void add(json_t *list, json_t *entry)
@@ -201,7 +202,8 @@ static bool list_folder(const char *path, json_t *list, struct pel_error *error)
         return session_fail(error, PEL_ERROR_IO, "path: %.300s: %s", path, strerror(errno));
     for (int i = 0; i < count; i++) {
         char whole[PEL_OPTION_TEXT_SIZE];
-        if (json_array_size(list) < MOST_ENTRIES && snprintf(whole, sizeof whole, "%s/%s", strcmp(path, "/") ? path : "", names[i]) < (int)sizeof whole)
+        if (json_array_size(list) < MOST_ENTRIES &&
+            snprintf(whole, sizeof whole, "%s/%s", strcmp(path, "/") ? path : "", names[i]) < (int)sizeof whole)
             add(list, entry_json(whole, names[i], false));
         free(names[i]);
     }
@@ -227,8 +229,7 @@ static json_t *list_named(struct session *s)
     for (char **path = s->paths; path && *path; path++)
         add(names, json_string(*path));
     pthread_mutex_unlock(&s->lock);
-    json_array_foreach(names, i, name)
-        add(list, entry_json(json_string_value(name), last_part(json_string_value(name)), true));
+    json_array_foreach(names, i, name) add(list, entry_json(json_string_value(name), last_part(json_string_value(name)), true));
     json_decref(names);
     return json_pack("{s:s, s:n, s:n, s:b, s:o}", "event", "files", "path", "parent", "series", 0, "entries", list);
 }
@@ -248,8 +249,8 @@ static json_t *list_json(const struct listing *listing, struct pel_error *error)
         char *slash = strrchr(parent, '/');
         slash[slash == parent] = 0;
         bool up = strcmp(real, "/") != 0 && session_may_open(listing->session, parent);
-        event = json_pack("{s:s, s:s, s:s?, s:b, s:O}", "event", "files", "path", real, "parent", up ? parent : NULL, "series", (int)holds_slices(real),
-                          "entries", list);
+        event = json_pack("{s:s, s:s, s:s?, s:b, s:O}", "event", "files", "path", real, "parent", up ? parent : NULL, "series",
+                          (int)holds_slices(real), "entries", list);
         if (!event)
             session_fail(error, PEL_ERROR_ARGUMENT, "path: " SESSION_NO_TEXT);
     }

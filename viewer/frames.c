@@ -30,11 +30,12 @@ static char *header_text(const struct frame_facts *f, const struct session_frame
     char device[256], *text, *whole = NULL;
     snprintf(device, sizeof device, "%s%s%s, %d thread%s", strcmp(stats->device, "cpu") ? stats->device : "CPU", stats->isa ? " " : "",
              stats->isa ? stats->isa : "", stats->threads, stats->threads == 1 ? "" : "s");
-    json_t *json = json_pack("{s:I, s:s, s:s, s:[i, i], s:[i, i], s:s, s:b, s:b, s:o, s:s, s:s, s:I, s:I}", "frame", (json_int_t)frame->number, "view", f->view,
-                             "type", f->final ? "image/png" : "image/jpeg", "size", image->width, image->height, "of", f->of[0], f->of[1], "quality",
-                             f->quality, "lossless", (int)f->final, "final", (int)f->final, "camera", session_camera_json(&f->scene->camera), "technique",
-                             stats->technique ? stats->technique : "", "device", device, "samples", (json_int_t)counter(stats, "samples taken"), "averaged",
-                             (json_int_t)counter(stats, "frames averaged"));
+    json_t *json =
+        json_pack("{s:I, s:s, s:s, s:[i, i], s:[i, i], s:s, s:b, s:b, s:o, s:s, s:s, s:I, s:I}", "frame", (json_int_t)frame->number, "view",
+                  f->view, "type", f->final ? "image/png" : "image/jpeg", "size", image->width, image->height, "of", f->of[0], f->of[1],
+                  "quality", f->quality, "lossless", (int)f->final, "final", (int)f->final, "camera",
+                  session_camera_json(&f->scene->camera), "technique", stats->technique ? stats->technique : "", "device", device,
+                  "samples", (json_int_t)counter(stats, "samples taken"), "averaged", (json_int_t)counter(stats, "frames averaged"));
     text = json_dumps(json, JSON_COMPACT | JSON_REAL_PRECISION(17));
     json_decref(json);
     if (text) {
@@ -51,8 +52,9 @@ void session_send_frame(struct session *s, struct encoder *encoder, const struct
     struct pel_error error = PEL_ERROR_INIT;
     double start = session_now();
     struct session_frame frame = { .view = f->view, .lossless = f->final, .client_count = f->client_count };
-    bool fine = f->final ? encode_png(encoder, image, f->scene->background, false, &frame.bytes, &frame.size, &error)
-                            : encode_jpeg(encoder, image, f->scene->background, strcmp(f->quality, "moving") != 0, &frame.bytes, &frame.size, &error);
+    bool fine =
+        f->final ? encode_png(encoder, image, f->scene->background, false, &frame.bytes, &frame.size, &error)
+                 : encode_jpeg(encoder, image, f->scene->background, strcmp(f->quality, "moving") != 0, &frame.bytes, &frame.size, &error);
     if (!fine) {
         pthread_mutex_lock(&s->lock);
         session_tell_error(s, 0, error.message, NULL);

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
-/* Who may come in. The token in the address proves that the request is of somebody who was shown it. The Host keeps a foreign name that resolves to this
- * machine (DNS rebinding) out, the Origin other sites' pages. */
+/* Who may come in. The token in the address proves that the request is of somebody who was shown it. The Host keeps a foreign name that
+ * resolves to this machine (DNS rebinding) out, the Origin other sites' pages. */
 #include <arpa/inet.h>
 #include <string.h>
 #include <sys/random.h>
@@ -44,7 +44,8 @@ static bool is_numeric(const char *host)
     return inet_pton(AF_INET6, text, &six) == 1;
 }
 
-/* Names of this server. Where it listens on all addresses any number is one, for a number cannot be rebound; and so is the machine's name. */
+/* Names of this server. Where it listens on all addresses any number is one, for a number cannot be rebound; and so is the machine's name.
+ */
 static bool host_known(const struct server *server, const char *authority)
 {
     char host[192], port[16], name[128], given[256];

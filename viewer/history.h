@@ -36,8 +36,8 @@ void history_push(struct history *history, int client, int64_t gesture, char *be
 char *history_undo(struct history *history, char *now);
 char *history_redo(struct history *history, char *now);
 
-/* The step back (direction -1) or forward (1) that was just taken led nowhere: the scene is still what it was, and that step is no more; nor are
- * the nearest ones beyond it that `same` (nullable) is true of. Gives how many these were. */
+/* The step back (direction -1) or forward (1) that was just taken led nowhere: the scene is still what it was, and that step is no more;
+ * nor are the nearest ones beyond it that `same` (nullable) is true of. Gives how many these were. */
 int history_drop(struct history *history, int direction, bool (*same)(const char *text, const void *user), const void *user);
 
 #endif

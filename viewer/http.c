@@ -20,8 +20,11 @@ static const char *type_of(const char *name)
 {
     static const struct {
         const char *ending, *type;
-    } types[] = { { ".html", "text/html; charset=utf-8" }, { ".js", "text/javascript; charset=utf-8" }, { ".css", "text/css; charset=utf-8" },
-                  { ".svg", "image/svg+xml" },             { ".png", "image/png" } };
+    } types[] = { { ".html", "text/html; charset=utf-8" },
+                  { ".js", "text/javascript; charset=utf-8" },
+                  { ".css", "text/css; charset=utf-8" },
+                  { ".svg", "image/svg+xml" },
+                  { ".png", "image/png" } };
     const char *ending = strrchr(name, '.');
     for (size_t i = 0; ending && i < sizeof types / sizeof *types; i++)
         if (strcmp(types[i].ending, ending) == 0)
@@ -34,7 +37,8 @@ static bool add_safety(const struct server *server, struct lws *wsi, unsigned ch
 {
     char policy[512];
     snprintf(policy, sizeof policy,
-             "default-src 'self'; img-src 'self' blob: data:; connect-src 'self' ws://%s ws://localhost:%d; base-uri 'none'; form-action 'none'; frame-ancestors 'none'",
+             "default-src 'self'; img-src 'self' blob: data:; connect-src 'self' ws://%s ws://localhost:%d; base-uri 'none'; form-action "
+             "'none'; frame-ancestors 'none'",
              server->authority, server->port);
     const char *const headers[][2] = { { "content-security-policy:", policy },
                                        { "x-content-type-options:", "nosniff" },
@@ -42,13 +46,15 @@ static bool add_safety(const struct server *server, struct lws *wsi, unsigned ch
                                        { "referrer-policy:", "no-referrer" },
                                        { "cross-origin-resource-policy:", "same-origin" } };
     for (size_t i = 0; i < sizeof headers / sizeof *headers; i++)
-        if (lws_add_http_header_by_name(wsi, (const unsigned char *)headers[i][0], (const unsigned char *)headers[i][1], (int)strlen(headers[i][1]), at, end))
+        if (lws_add_http_header_by_name(wsi, (const unsigned char *)headers[i][0], (const unsigned char *)headers[i][1],
+                                        (int)strlen(headers[i][1]), at, end))
             return false;
     return true;
 }
 
 /* Sends the head; the body follows when the socket can take it. */
-static int begin(const struct server *server, struct lws *wsi, const struct exchange *exchange, unsigned status, const char *type, const char *name)
+static int begin(const struct server *server, struct lws *wsi, const struct exchange *exchange, unsigned status, const char *type,
+                 const char *name)
 {
     unsigned char buffer[LWS_PRE + 2048], *start = buffer + LWS_PRE, *at = start, *end = buffer + sizeof buffer - 1;
     char disposition[200];
@@ -56,7 +62,8 @@ static int begin(const struct server *server, struct lws *wsi, const struct exch
         return -1;
     if (name) {
         snprintf(disposition, sizeof disposition, "attachment; filename=\"%s\"", name);
-        if (lws_add_http_header_by_name(wsi, (const unsigned char *)"content-disposition:", (const unsigned char *)disposition, (int)strlen(disposition), &at, end))
+        if (lws_add_http_header_by_name(wsi, (const unsigned char *)"content-disposition:", (const unsigned char *)disposition,
+                                        (int)strlen(disposition), &at, end))
             return -1;
     }
     if (lws_finalize_write_http_header(wsi, start, &at, end))
@@ -198,7 +205,8 @@ static int write_more(struct lws *wsi, struct exchange *exchange)
     return lws_http_transaction_completed(wsi) ? -1 : 0;
 }
 
-int http_event(struct server *server, struct lws *wsi, enum lws_callback_reasons reason, struct exchange *exchange, const char *in, size_t length)
+int http_event(struct server *server, struct lws *wsi, enum lws_callback_reasons reason, struct exchange *exchange, const char *in,
+               size_t length)
 {
     switch ((int)reason) {
     case LWS_CALLBACK_HTTP:

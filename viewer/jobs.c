@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
-/* Pictures and movies to be saved: drawn frame by frame by the thread that draws, when it has nothing more urgent, of the scene as it was when
- * they were asked for. A command stops the frame under way, which is drawn again later. A thread of its own packs each frame that is drawn.
- * A movie is an animated WebP: one file that every browser plays, and the page is one (docs/decisions/0010-the-viewer.md). */
+/* Pictures and movies to be saved: drawn frame by frame by the thread that draws, when it has nothing more urgent, of the scene as it was
+ * when they were asked for. A command stops the frame under way, which is drawn again later. A thread of its own packs each frame that is
+ * drawn. A movie is an animated WebP: one file that every browser plays, and the page is one (docs/decisions/0010-the-viewer.md). */
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -26,12 +26,12 @@ struct session_job {
     int client;
     bool has_id;
     int64_t id;
-    const char *what; /* "picture", "movie" */
+    const char *what;        /* "picture", "movie" */
     bool cancelled, packing; /* under the lock; packing: a thread has it, and nobody else touches it */
     bool background;
     int size[2], frames, done, draws;
     double degrees, told_ms; /* when its progress was told last */
-    struct pel_scene scene; /* its transfer function is a copy of its own */
+    struct pel_scene scene;  /* its transfer function is a copy of its own */
     struct session_volume *volume;
     struct pel_image image;
     struct encoder *encoder;
@@ -87,9 +87,11 @@ static bool add(struct call *call, struct session_job *job)
 /* A picture beyond the machine's memory would be given by the operating system, and end the program halfway. */
 static bool check_memory(const int size[2], struct pel_error *error)
 {
-    double bytes = (double)size[0] * size[1] * (2 * 4 * sizeof(float) + 8), memory = (double)sysconf(_SC_PHYS_PAGES) * (double)sysconf(_SC_PAGESIZE);
-    return bytes <= 0.5 * memory || session_fail(error, PEL_ERROR_MEMORY, "size: a picture of %dx%d needs %.1f GB; this machine has %.1f GB", size[0], size[1],
-                                                 bytes / 1e9, memory / 1e9);
+    double bytes = (double)size[0] * size[1] * (2 * 4 * sizeof(float) + 8),
+           memory = (double)sysconf(_SC_PHYS_PAGES) * (double)sysconf(_SC_PAGESIZE);
+    return bytes <= 0.5 * memory ||
+           session_fail(error, PEL_ERROR_MEMORY, "size: a picture of %dx%d needs %.1f GB; this machine has %.1f GB", size[0], size[1],
+                        bytes / 1e9, memory / 1e9);
 }
 
 static struct session_job *job_new(struct call *call, const char *what)
@@ -130,8 +132,9 @@ bool run_movie(struct call *call)
     if (frames != floor(frames))
         return session_fail(call->error, PEL_ERROR_ARGUMENT, "frames: %g is no whole number", frames);
     if (frames * size[0] * size[1] > MOST_MOVIE_PIXELS_IN_ALL)
-        return session_fail(call->error, PEL_ERROR_ARGUMENT, "size: %g frames of %dx%d are more than %g pixels; ask for fewer or smaller ones", frames,
-                            size[0], size[1], MOST_MOVIE_PIXELS_IN_ALL);
+        return session_fail(call->error, PEL_ERROR_ARGUMENT,
+                            "size: %g frames of %dx%d are more than %g pixels; ask for fewer or smaller ones", frames, size[0], size[1],
+                            MOST_MOVIE_PIXELS_IN_ALL);
     struct session_job *job = check_memory(size, call->error) ? job_new(call, "movie") : NULL;
     if (!job)
         return false;
@@ -183,7 +186,8 @@ static bool add_movie_frame(struct session_job *job, struct pel_error *error)
     picture.use_argb = 1;
     picture.width = job->size[0];
     picture.height = job->size[1];
-    bool fine = WebPPictureImportRGBX(&picture, pixels, 4 * job->size[0]) && WebPAnimEncoderAdd(job->movie, &picture, job->done * MOVIE_MS, &config);
+    bool fine = WebPPictureImportRGBX(&picture, pixels, 4 * job->size[0]) &&
+                WebPAnimEncoderAdd(job->movie, &picture, job->done * MOVIE_MS, &config);
     WebPPictureFree(&picture);
     return fine || session_fail(error, PEL_ERROR_MEMORY, "movie: %.200s", WebPAnimEncoderGetError(job->movie));
 }

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: MIT */
-/* Moves of the camera: VTK's trackball (vtkInteractorStyleTrackballCamera), in fractions of the picture, so that pages of any size move alike. */
+/* Moves of the camera: VTK's trackball (vtkInteractorStyleTrackballCamera), in fractions of the picture, so that pages of any size move
+ * alike. */
 #include <math.h>
 #include <stddef.h>
 #include <string.h>
@@ -109,8 +110,8 @@ bool run_focus(struct call *call)
     return take(call, &camera);
 }
 
-/* Moves the camera along its view until the volume's whole box is seen: each corner (x, y, z) in the view's basis is seen at x / (d + z) from
- * the distance d. */
+/* Moves the camera along its view until the volume's whole box is seen: each corner (x, y, z) in the view's basis is seen at x / (d + z)
+ * from the distance d. */
 static void see_all(const struct session *s, struct pel_camera *camera)
 {
     const double fill = 0.9;
@@ -163,7 +164,8 @@ bool run_view(struct call *call)
     return take(call, &camera);
 }
 
-/* The whole box, not what pel_scene_fit_camera finds to be shown: who turns a volume, or cuts it, wants no part of it to leave the picture. */
+/* The whole box, not what pel_scene_fit_camera finds to be shown: who turns a volume, or cuts it, wants no part of it to leave the picture.
+ */
 void session_fit_camera(const struct session *s, struct pel_camera *camera)
 {
     struct pel_scene scene = s->scene; /* of which only the camera is changed */

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
-/* Files are read by a thread of their own, so that what is open can be turned meanwhile. The scene and volume that it made take the place of
- * the old ones in one step; the histogram is counted after that, for the picture does not wait for it. */
+/* Files are read by a thread of their own, so that what is open can be turned meanwhile. The scene and volume that it made take the place
+ * of the old ones in one step; the histogram is counted after that, for the picture does not wait for it. */
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -61,7 +61,8 @@ static bool may_open(void *user, const char *path)
     return session_may_open(user, path);
 }
 
-static bool read_samples(const struct session_opening *o, struct session_opened *out, const struct pel_progress *progress, struct pel_error *error)
+static bool read_samples(const struct session_opening *o, struct session_opened *out, const struct pel_progress *progress,
+                         struct pel_error *error)
 {
     const struct pel_source *source = &out->scene.source;
     struct pel_read_params params = { source->array[0] ? source->array : NULL, source->raw[0] ? source->raw : NULL, *progress,
@@ -102,7 +103,8 @@ static bool find_source(const struct session_opening *o, struct session_opened *
 }
 
 /* A volume file with all that makes a scene chosen, or a scene file and its volume, or the scene of a snapshot. */
-static bool open_path(const struct session_opening *o, struct session_opened *out, const struct pel_progress *progress, struct pel_error *error)
+static bool open_path(const struct session_opening *o, struct session_opened *out, const struct pel_progress *progress,
+                      struct pel_error *error)
 {
     struct pel_scene_parts has = { 0 };
     pel_volume_init(&out->volume);
@@ -228,7 +230,8 @@ static void *run(void *user)
     struct pel_error error = PEL_ERROR_INIT;
     const struct pel_progress progress = { report, o };
     struct session_volume *volume = calloc(1, sizeof *volume);
-    bool fine = volume ? o->path || o->scene ? open_path(o, &opened, &progress, &error) : s->params.open(s->params.open_user, &opened, &progress, &error)
+    bool fine = volume ? o->path || o->scene ? open_path(o, &opened, &progress, &error)
+                                             : s->params.open(s->params.open_user, &opened, &progress, &error)
                        : session_fail(&error, PEL_ERROR_MEMORY, "no memory for a volume");
     if (fine && !session_is_text(opened.scene.source.path)) { /* no scene, no step of undo could tell of it */
         session_fail(&error, PEL_ERROR_ARGUMENT, "%.300s: " SESSION_NO_TEXT, opened.scene.source.path);

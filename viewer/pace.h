@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
-/* Pace: how large a picture of motion may be to fit a budget of milliseconds. What a picture costs is taken to be a constant and a part that grows with its
- * pixels; both come from the last pictures, by least squares that forget. So a cost that does not shrink with the picture (a shear-warp's
- * slices, a changed transfer function) does not drive it to nothing. */
+/* Pace: how large a picture of motion may be to fit a budget of milliseconds. What a picture costs is taken to be a constant and a part
+ * that grows with its pixels; both come from the last pictures, by least squares that forget. So a cost that does not shrink with the
+ * picture (a shear-warp's slices, a changed transfer function) does not drive it to nothing. */
 #ifndef VIEWER_PACE_H
 #define VIEWER_PACE_H
 

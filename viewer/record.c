@@ -72,7 +72,8 @@ static bool add_files(struct recording *r, const json_t *list, struct pel_error 
     r->files = calloc(count + 1, sizeof *r->files);
     if (!r->files)
         return session_fail(error, PEL_ERROR_MEMORY, "no memory for the recording");
-    json_array_foreach(list, i, path) {
+    json_array_foreach(list, i, path)
+    {
         if (!json_is_string(path))
             return session_fail(error, PEL_ERROR_FORMAT, "files: entry %zu is no text", i + 1);
         if (!(r->files[i] = strdup(json_string_value(path))))
@@ -108,7 +109,8 @@ static bool add_entry(struct recording *r, const json_t *line, struct pel_error 
     if (!larger)
         return false;
     r->commands = larger;
-    r->commands[r->count++] = (struct recorded) { json_number_value(at), (int)json_integer_value(who), leaves ? NULL : json_incref(command) };
+    r->commands[r->count++] =
+        (struct recorded) { json_number_value(at), (int)json_integer_value(who), leaves ? NULL : json_incref(command) };
     return true;
 }
 

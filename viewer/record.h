@@ -19,7 +19,8 @@ void record_leave(FILE *file, double at_ms, int client);
 /* An error that a client (0: all) was told of. */
 void record_error(FILE *file, double at_ms, int client, const char *command);
 
-/* The scene that the first file gave, with all that flags said of it; `fitted`: its camera is to be fitted to the first client's picture. */
+/* The scene that the first file gave, with all that flags said of it; `fitted`: its camera is to be fitted to the first client's picture.
+ */
 void record_scene(FILE *file, const struct pel_scene *scene, bool fitted);
 
 /* A recording, whole. */
@@ -32,12 +33,12 @@ struct recording {
         double at_ms;
         int client;
         json_t *command; /* owned; NULL: the client leaves */
-    } *commands; /* owned */
+    } * commands;        /* owned */
     size_t error_count;
     struct recorded_error {
         int client;
         char command[32];
-    } *errors; /* owned */
+    } * errors; /* owned */
 };
 bool recording_read(const char *path, struct recording *recording, struct pel_error *error);
 void recording_finish(struct recording *recording); /* accepts a zeroed one */

@@ -31,8 +31,8 @@ static bool offers_protocol(struct lws *wsi)
 static int confirm_upgrade(struct server *server, struct lws *wsi, const char *to)
 {
     char path[256];
-    bool fine = strcmp(to, "websocket") == 0 && lws_hdr_copy(wsi, path, sizeof path, WSI_TOKEN_GET_URI) > 0 && guard_request(server, wsi, path, true) &&
-                strcmp(guard_rest(path), "socket") == 0 && offers_protocol(wsi);
+    bool fine = strcmp(to, "websocket") == 0 && lws_hdr_copy(wsi, path, sizeof path, WSI_TOKEN_GET_URI) > 0 &&
+                guard_request(server, wsi, path, true) && strcmp(guard_rest(path), "socket") == 0 && offers_protocol(wsi);
     int sockets = 0;
     for (struct socket *socket = server->sockets; socket; socket = socket->next) /* only this thread changes the list */
         sockets++;
@@ -110,7 +110,9 @@ static bool listen_on(struct server *server, struct pel_error *error)
     if (server->port <= 0)
         return fail_listen(server, error);
     const char *open = six ? "[" : "", *close = six ? "]" : "";
-    const char *name = strcmp(server->params.listen, "0.0.0.0") == 0 ? "127.0.0.1" : strcmp(server->params.listen, "::") == 0 ? "::1" : server->params.listen;
+    const char *name = strcmp(server->params.listen, "0.0.0.0") == 0 ? "127.0.0.1"
+                       : strcmp(server->params.listen, "::") == 0    ? "::1"
+                                                                     : server->params.listen;
     snprintf(server->authority, sizeof server->authority, "%s%s%s:%d", open, name, close, server->port);
     snprintf(server->address, sizeof server->address, "http://%s/%s/", server->authority, server->token);
     return true;

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
-/* The viewer's server: the page's files, a WebSocket for commands and frames, uploads and downloads (protocol.md). One thread serves, that of
- * server_run; the session's threads put events and frames where it finds them. */
+/* The viewer's server: the page's files, a WebSocket for commands and frames, uploads and downloads (protocol.md). One thread serves, that
+ * of server_run; the session's threads put events and frames where it finds them. */
 #ifndef VIEWER_SERVER_H
 #define VIEWER_SERVER_H
 

@@ -81,9 +81,9 @@ struct server {
     struct socket *sockets;
     uint64_t orders[VIEWS];
 
-    char *folder; /* of uploads, made with the first; NULL before */
-    unsigned uploads; /* begun so far */
-    int uploading;    /* under way now */
+    char *folder;             /* of uploads, made with the first; NULL before */
+    unsigned uploads;         /* begun so far */
+    int uploading;            /* under way now */
     char *kept[UPLOADS_KEPT]; /* paths of finished ones, the oldest first; owned */
     int kept_count;
 };
@@ -98,13 +98,15 @@ const char *guard_rest(const char *path);
 
 /* ---- socket.c ---- */
 
-int socket_event(struct server *server, struct lws *wsi, enum lws_callback_reasons reason, struct socket *socket, const char *in, size_t length);
+int socket_event(struct server *server, struct lws *wsi, enum lws_callback_reasons reason, struct socket *socket, const char *in,
+                 size_t length);
 /* Asks for a turn to write wherever something waits. */
 void sockets_wake(struct server *server);
 
 /* ---- http.c ---- */
 
-int http_event(struct server *server, struct lws *wsi, enum lws_callback_reasons reason, struct exchange *exchange, const char *in, size_t length);
+int http_event(struct server *server, struct lws *wsi, enum lws_callback_reasons reason, struct exchange *exchange, const char *in,
+               size_t length);
 /* Answers with a short text. */
 int http_answer(struct lws *wsi, struct exchange *exchange, unsigned status, const char *type, char *owned_text);
 int http_refuse(struct lws *wsi, unsigned status);

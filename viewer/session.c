@@ -120,8 +120,8 @@ struct session *session_create(const struct session_params *params, struct pel_e
     s->started_ms = session_now();
     s->revision = 1;
     init_locks(s);
-    if (pel_scene_init(&s->scene, error) && allow_all(s, params->paths, error) && (!s->params.record || record_begin(s->params.record, s->paths, error)) &&
-        start_threads(s, error))
+    if (pel_scene_init(&s->scene, error) && allow_all(s, params->paths, error) &&
+        (!s->params.record || record_begin(s->params.record, s->paths, error)) && start_threads(s, error))
         return s;
     wait_for_readers(s);
     end(s);

@@ -27,7 +27,7 @@ struct session_opened {
     struct pel_volume volume;
     struct pel_scene scene;
     struct pel_file_info info;
-    bool fit_camera; /* nobody said where the camera stands: it is to be fitted to the picture's size */
+    bool fit_camera;           /* nobody said where the camera stands: it is to be fitted to the picture's size */
     struct pel_device *device; /* the first one's only: what the session draws on; NULL: the CPU */
 };
 
@@ -52,17 +52,21 @@ struct session_params {
     void (*event)(void *user, int client, const char *text); /* client 0: to all */
     bool (*wanted)(void *user); /* can any face take a further picture of motion? session_wake tells when that changes. NULL: always */
 
-    bool (*open)(void *user, struct session_opened *opened, const struct pel_progress *progress, struct pel_error *error); /* what to begin with; nullable */
+    bool (*open)(void *user, struct session_opened *opened, const struct pel_progress *progress,
+                 struct pel_error *error); /* what to begin with; nullable */
     void *open_user;
     const char *const *paths; /* files and folders that may be opened, and what is below these; NULL at the end */
 
-    int threads;      /* of the CPU engine; 0: the machine's */
-    double budget_ms; /* of a picture of motion */
-    bool list_devices; /* tell of GPUs that may be chosen in place of the first one's device */
+    int threads;         /* of the CPU engine; 0: the machine's */
+    double budget_ms;    /* of a picture of motion */
+    bool list_devices;   /* tell of GPUs that may be chosen in place of the first one's device */
     uint64_t gpu_memory; /* bytes to use at most of a device that is chosen so; 0: what is free */
-    FILE *record;     /* borrowed; each command becomes a line of it. Nullable */
+    FILE *record;        /* borrowed; each command becomes a line of it. Nullable */
 };
-#define SESSION_PARAMS_INIT { .budget_ms = 33 }
+#define SESSION_PARAMS_INIT                                                                                                                \
+    {                                                                                                                                      \
+        .budget_ms = 33                                                                                                                    \
+    }
 
 struct session;
 
@@ -85,8 +89,8 @@ void session_expire(struct session *session);
 /* `wanted` may have changed. */
 void session_wake(struct session *session);
 
-/* Waits until all changes so far are in a picture; `rest`: until nothing is left to do (refinement, files being opened, pictures). False: what
- * was to be opened first could not be. */
+/* Waits until all changes so far are in a picture; `rest`: until nothing is left to do (refinement, files being opened, pictures). False:
+ * what was to be opened first could not be. */
 bool session_settle(struct session *session, bool rest);
 
 /* Reads what a snapshot of a scene (a scene file's text that says everything) is of: what `open` of a replay does. */
@@ -104,8 +108,8 @@ bool session_allow(struct session *session, const char *path, struct pel_error *
 /* No longer: it is to be removed. False: it is what is open now. */
 bool session_forget(struct session *session, const char *path);
 
-/* A file that a `download` event offered: a descriptor of its own for the caller to close, -1 where there is none of that number. `name` gets
- * the file's name. */
+/* A file that a `download` event offered: a descriptor of its own for the caller to close, -1 where there is none of that number. `name`
+ * gets the file's name. */
 int session_download(struct session *session, unsigned number, char name[128], const char **type, uint64_t *bytes);
 
 #endif

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: MIT */
-/* The commands by name: which keys each takes, and what it needs and does. To add one: its function in a file of its kind, and a line in the table. */
+/* The commands by name: which keys each takes, and what it needs and does. To add one: its function in a file of its kind, and a line in
+ * the table. */
 #include "session_commands.h"
 
 #include <math.h>
@@ -61,11 +62,11 @@ bool call_size(const struct call *call, const char *key, double most_side, doubl
         return false;
     for (int i = 0; i < 2; i++)
         if (sides[i] != floor(sides[i]) || sides[i] < SESSION_LEAST_SIDE || sides[i] > most_side)
-            return session_fail(call->error, PEL_ERROR_ARGUMENT, "%s: %g is no whole number of pixels from %d to %g", key, sides[i], SESSION_LEAST_SIDE,
-                                most_side);
+            return session_fail(call->error, PEL_ERROR_ARGUMENT, "%s: %g is no whole number of pixels from %d to %g", key, sides[i],
+                                SESSION_LEAST_SIDE, most_side);
     if (sides[0] * sides[1] > most_pixels)
-        return session_fail(call->error, PEL_ERROR_ARGUMENT, "%s: %g x %g are more than %g pixels; ask for a smaller picture", key, sides[0], sides[1],
-                            most_pixels);
+        return session_fail(call->error, PEL_ERROR_ARGUMENT, "%s: %g x %g are more than %g pixels; ask for a smaller picture", key,
+                            sides[0], sides[1], most_pixels);
     size[0] = (int)sides[0];
     size[1] = (int)sides[1];
     return true;
@@ -84,8 +85,8 @@ const char *call_text(const struct call *call, const char *key, size_t most)
 
 /* ---- what concerns the client alone ---- */
 
-/* The widest shape, for the camera's angle is of the height: what any client would see is then in the picture. As wide as the client with the
- * most columns asks, which has no fewer rows than that gives: so the limits of one client's size hold. */
+/* The widest shape, for the camera's angle is of the height: what any client would see is then in the picture. As wide as the client with
+ * the most columns asks, which has no fewer rows than that gives: so the limits of one client's size hold. */
 void session_size_again(struct session *s)
 {
     const int *widest = NULL;
@@ -198,9 +199,10 @@ static bool check(const struct call *call, const struct session_command *command
 {
     const char *key;
     json_t *value;
-    json_object_foreach((json_t *)call->json, key, value)
-        if (!has_word("do id gesture ", key) && !has_word(command->keys, key))
-            return session_fail(call->error, PEL_ERROR_ARGUMENT, "%.60s: %s has no such key", key, command->name);
+    json_object_foreach((json_t *)call->json, key,
+                        value) if (!has_word("do id gesture ", key) &&
+                                   !has_word(command->keys, key)) return session_fail(call->error, PEL_ERROR_ARGUMENT,
+                                                                                      "%.60s: %s has no such key", key, command->name);
     if (!call->client->greeted && !(command->flags & FIRST))
         return session_fail(call->error, PEL_ERROR_ARGUMENT, "the first command of a client is hello");
     if (!call->session->volume && !(command->flags & FREE))
@@ -210,8 +212,8 @@ static bool check(const struct call *call, const struct session_command *command
     return true;
 }
 
-/* An edit is a step of the history, unless it continues a gesture or changed nothing. Nor are the camera's moves while undo or redo reads a file:
- * where they would lead ends when it is read. */
+/* An edit is a step of the history, unless it continues a gesture or changed nothing. Nor are the camera's moves while undo or redo reads a
+ * file: where they would lead ends when it is read. */
 static bool run_edit(struct call *call, const struct session_command *command)
 {
     struct session *s = call->session;

@@ -22,10 +22,10 @@ struct session_volume {
 };
 
 struct session_client {
-    int number; /* 0: a free place */
+    int number;                 /* 0: a free place */
     bool greeted, held, slices; /* slices: it asked for them */
-    int64_t id; /* of its last command, -1 before the first */
-    int size[2]; /* of the picture that it has room for; 0: it did not say */
+    int64_t id;                 /* of its last command, -1 before the first */
+    int size[2];                /* of the picture that it has room for; 0: it did not say */
 };
 
 /* What `slices` asked for. */
@@ -52,7 +52,7 @@ struct session_wish {
     int64_t id;
 };
 
-struct session_job; /* jobs.c: a picture or movie under way */
+struct session_job;     /* jobs.c: a picture or movie under way */
 struct session_opening; /* opening.c: a file being read */
 
 struct session {
@@ -85,16 +85,16 @@ struct session {
     bool greeted; /* any client ever said hello: the size is no guess */
     struct history history;
 
-    uint64_t revision;        /* counts changes of the picture */
-    bool camera_only;         /* the changes since the last frame moved the camera alone */
-    double changed_ms;        /* when it last changed */
-    bool release;             /* a hand went up: full quality at once */
+    uint64_t revision; /* counts changes of the picture */
+    bool camera_only;  /* the changes since the last frame moved the camera alone */
+    double changed_ms; /* when it last changed */
+    bool release;      /* a hand went up: full quality at once */
     bool state_dirty;
-    uint64_t frames;          /* sent; the drawing thread's alone */
+    uint64_t frames;               /* sent; the drawing thread's alone */
     uint64_t shown, full, refined; /* revisions drawn, drawn in full quality, and finished */
     struct session_slices slices;
     uint64_t slices_revision, slices_shown;
-    bool slices_moving;       /* what was shown last was drawn under a hand */
+    bool slices_moving; /* what was shown last was drawn under a hand */
     struct session_job *jobs;
     struct session_opening *opening;
     struct downloads downloads;
@@ -137,8 +137,8 @@ bool session_take_options(struct pel_renderer *renderer, const struct pel_scene 
 
 /* ---- opening.c ---- */
 
-/* Starts to read `path` (NULL: what params.open gives); `scene` (owned, nullable) is text of a scene to be taken over then, as undo (direction
- * -1) and redo (1) do; 0: a step of its own. */
+/* Starts to read `path` (NULL: what params.open gives); `scene` (owned, nullable) is text of a scene to be taken over then, as undo
+ * (direction -1) and redo (1) do; 0: a step of its own. */
 bool session_open(struct session *session, const char *path, const char *array, char *scene, int direction, struct pel_error *error);
 void session_open_cancel(struct session *session);
 /* Is a file being read for a step of undo or redo? */
@@ -163,9 +163,10 @@ bool call_numbers(const struct call *call, const char *key, size_t count, double
 bool call_number(const struct call *call, const char *key, double least, double most, double *out);
 bool call_size(const struct call *call, const char *key, double most_side, double most_pixels, int size[2]);
 const char *call_text(const struct call *call, const char *key, size_t most); /* NULL: refused */
-bool call_has(const struct call *call, const char *key); /* there, and not null */
+bool call_has(const struct call *call, const char *key);                      /* there, and not null */
 
-/* Takes over a changed scene (its transfer function, too) where it can be drawn. On failure nothing changes; `changed` is finished either way. */
+/* Takes over a changed scene (its transfer function, too) where it can be drawn. On failure nothing changes; `changed` is finished either
+ * way. */
 bool session_take_scene(struct session *session, struct pel_scene *changed, struct pel_error *error);
 /* Can a scene's technique (none is named: the usual one) draw: on the CPU, or else on a GPU? */
 bool session_can_draw(const struct pel_technique_choice *technique, bool cpu, struct pel_error *error);
@@ -176,8 +177,8 @@ bool session_copy_scene(const struct session *session, struct pel_scene *copy, s
 
 /* The scene of a snapshot, to be finished; what the snapshot does not say is empty. */
 bool session_scene_from_snapshot(const char *text, const struct pel_volume *volume, struct pel_scene *scene, struct pel_error *error);
-/* A step of undo (-1) or redo (1) that gave `text` (owned) could not be taken: not now, so it stays a step; or, as `error` says, not ever: then it
- * is dropped, with the steps beyond it that are of the same other file, and `error` tells of it. */
+/* A step of undo (-1) or redo (1) that gave `text` (owned) could not be taken: not now, so it stays a step; or, as `error` says, not ever:
+ * then it is dropped, with the steps beyond it that are of the same other file, and `error` tells of it. */
 void session_history_back(struct session *session, int direction, char *text, struct pel_error *error);
 
 /* The picture's size, anew from what the clients that are there have room for. */
@@ -222,8 +223,8 @@ bool session_slices_due(const struct session *session);
 /* Draws the slices that were asked for and sends them; called without the lock. `*drawer` starts as NULL. */
 struct slices_drawer;
 struct frame_facts;
-void session_slices_draw(struct session *session, struct slices_drawer **drawer, struct encoder *encoder, const struct session_slices *asked,
-                         const struct frame_facts *facts);
+void session_slices_draw(struct session *session, struct slices_drawer **drawer, struct encoder *encoder,
+                         const struct session_slices *asked, const struct frame_facts *facts);
 void session_slices_finish(struct slices_drawer *drawer);
 
 /* ---- probe.c ---- */

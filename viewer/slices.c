@@ -44,7 +44,8 @@ static bool read_views(struct call *call, struct session_slices *slices)
             continue;
         if (!json_is_object(part.json) || json_object_size(part.json) != 2)
             return session_fail(call->error, PEL_ERROR_ARGUMENT, "views: entry %zu must be null or have center and scale", i + 1);
-        if (!call_numbers(&part, "center", 3, slices->views[i].center) || !call_number(&part, "scale", 1e-100, 1e100, &slices->views[i].scale))
+        if (!call_numbers(&part, "center", 3, slices->views[i].center) ||
+            !call_number(&part, "scale", 1e-100, 1e100, &slices->views[i].scale))
             return false;
         slices->views[i].on = true;
     }
@@ -58,14 +59,15 @@ bool run_slices(struct call *call)
     if (slices.on) {
         if (s->slices.on)
             memcpy(slices.size, s->slices.size, sizeof slices.size);
-        if (!call_numbers(call, "at", 3, slices.at) || (call_has(call, "size") && !call_size(call, "size", MOST_SIDE, MOST_PIXELS, slices.size)))
+        if (!call_numbers(call, "at", 3, slices.at) ||
+            (call_has(call, "size") && !call_size(call, "size", MOST_SIDE, MOST_PIXELS, slices.size)))
             return false;
         slices.windowed = call_has(call, "window");
         if (slices.windowed && !call_numbers(call, "window", 2, slices.window))
             return false;
         if (slices.windowed && !(slices.window[0] < slices.window[1]))
-            return session_fail(call->error, PEL_ERROR_ARGUMENT, "window: it goes from %g to %g; give the lower end first", slices.window[0],
-                                slices.window[1]);
+            return session_fail(call->error, PEL_ERROR_ARGUMENT, "window: it goes from %g to %g; give the lower end first",
+                                slices.window[0], slices.window[1]);
         if (!read_views(call, &slices))
             return false;
     }
@@ -91,11 +93,12 @@ static void cross(const double a[3], const double b[3], double out[3])
         out[i] = a[(i + 1) % 3] * b[(i + 2) % 3] - a[(i + 2) % 3] * b[(i + 1) % 3];
 }
 
-/* Which way up a slice between the axes p and q (p before q) is shown, as directions of the world. Where the world is a patient, as radiology shows it: the
- * head or, of axial slices, the front is up; the patient's left, or of sagittal slices the back, is at the right. Else q is up, p to the right. */
+/* Which way up a slice between the axes p and q (p before q) is shown, as directions of the world. Where the world is a patient, as
+ * radiology shows it: the head or, of axial slices, the front is up; the patient's left, or of sagittal slices the back, is at the right.
+ * Else q is up, p to the right. */
 static void orient(const struct pel_volume *volume, int p, int q, double right[3], double up[3])
 {
-    const double (*d)[3] = volume->direction;
+    const double(*d)[3] = volume->direction;
     double normal[3], left[3] = { volume->space == PEL_SPACE_RAS ? -1 : 1, 0, 0 }, back[3] = { 0, left[0], 0 }, head[3] = { 0, 0, 1 };
     memcpy(right, d[p], 3 * sizeof *right);
     memcpy(up, d[q], 3 * sizeof *up);

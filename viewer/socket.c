@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
-/* The clients' WebSockets. Of frames each has one place a view, where a newer one takes the place of an older one that waits, and is sent the
- * next only when it has shown the last: so nothing queues, and a slow client gets fewer frames and holds up no other. Events queue, for none may be lost; a client
- * that does not read them is dropped. */
+/* The clients' WebSockets. Of frames each has one place a view, where a newer one takes the place of an older one that waits, and is sent
+ * the next only when it has shown the last: so nothing queues, and a slow client gets fewer frames and holds up no other. Events queue, for
+ * none may be lost; a client that does not read them is dropped. */
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -192,7 +192,8 @@ static bool write_frame(struct socket *socket, const struct shared_frame *frame,
 {
     char tail[128];
     size_t head = strlen(frame->header);
-    int length = snprintf(tail, sizeof tail, ",\"wait\":%.3f},\"id\":%lld,\"age\":%llu}", now_ms() - frame->since_ms, (long long)id, (unsigned long long)age);
+    int length = snprintf(tail, sizeof tail, ",\"wait\":%.3f},\"id\":%lld,\"age\":%llu}", now_ms() - frame->since_ms, (long long)id,
+                          (unsigned long long)age);
     uint32_t count = (uint32_t)(head + (size_t)length);
     size_t size = 4 + count + frame->size;
     unsigned char *message = malloc(LWS_PRE + size), *at = message ? message + LWS_PRE : NULL;
@@ -354,7 +355,8 @@ static void close_socket(struct server *server, struct socket *socket)
         session_leave(server->session, socket->number);
 }
 
-int socket_event(struct server *server, struct lws *wsi, enum lws_callback_reasons reason, struct socket *socket, const char *in, size_t length)
+int socket_event(struct server *server, struct lws *wsi, enum lws_callback_reasons reason, struct socket *socket, const char *in,
+                 size_t length)
 {
     switch ((int)reason) {
     case LWS_CALLBACK_ESTABLISHED:

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: MIT */
-/* Volumes sent by a page: each into a folder of its own below a temporary one, under the name that it was given, for endings tell formats. */
+/* Volumes sent by a page: each into a folder of its own below a temporary one, under the name that it was given, for endings tell formats.
+ */
 #include <errno.h>
 #include <fcntl.h>
 #include <stdlib.h>
@@ -140,14 +141,16 @@ int upload_begin(struct server *server, struct lws *wsi, struct exchange *exchan
     upload->fd = -1;
     exchange->upload = upload;
     if (server->uploading >= MOST_UPLOADING)
-        return refuse(wsi, exchange, HTTP_STATUS_SERVICE_UNAVAILABLE, "other files are being sent already; send this one when they are done");
+        return refuse(wsi, exchange, HTTP_STATUS_SERVICE_UNAVAILABLE,
+                      "other files are being sent already; send this one when they are done");
     if (lws_hdr_copy(wsi, length, sizeof length, WSI_TOKEN_HTTP_CONTENT_LENGTH) <= 0)
         return refuse(wsi, exchange, 411, "the length of the file is missing");
     errno = 0;
     upload->left = strtoull(length, &end, 10);
     if (errno || *end || upload->left > server->params.most_upload) {
         char why[160];
-        snprintf(why, sizeof why, "the file is larger than %.0f MB; start pellucid view with a larger --max-upload, or open it from a folder",
+        snprintf(why, sizeof why,
+                 "the file is larger than %.0f MB; start pellucid view with a larger --max-upload, or open it from a folder",
                  (double)server->params.most_upload / 1e6);
         return refuse(wsi, exchange, 413, why);
     }

@@ -231,7 +231,9 @@ bool pel_shear_factor(const struct pel_job *job, bool perspective, const struct 
     double eye[3] = { 0, 0, 0 }, start[2], by[2];
     for (int a = 0; perspective && a < 3; a++)
         eye[a] = job->p0[a] + job->s_least * job->d0[a];
-    *s = (struct pel_shear) { .perspective = perspective, .slice_from = -1e9, .step = sign * (double)settings->every / settings->supersampling };
+    *s = (struct pel_shear) { .perspective = perspective,
+                              .slice_from = -1e9,
+                              .step = sign * (double)settings->every / settings->supersampling };
     *warp = (struct pel_warp) { .split = split, .axis = c, .sign = sign };
     memcpy(s->axis, axes[c], sizeof s->axis);
     s->first = sign > 0 ? 0 : job->dims[c] - 1;

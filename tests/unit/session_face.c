@@ -87,8 +87,16 @@ void start_with(struct face *face, const char *const *paths, FILE *record,
 {
     struct pel_error error = PEL_ERROR_INIT;
     *face = (struct face) { .lock = PTHREAD_MUTEX_INITIALIZER, .events = json_array() };
-    const struct session_params params = { .user = face, .frame = on_frame, .event = on_event, .wanted = on_wanted, .open = open, .open_user = open_user,
-                                           .paths = paths, .threads = 1, .budget_ms = 33, .record = record };
+    const struct session_params params = { .user = face,
+                                           .frame = on_frame,
+                                           .event = on_event,
+                                           .wanted = on_wanted,
+                                           .open = open,
+                                           .open_user = open_user,
+                                           .paths = paths,
+                                           .threads = 1,
+                                           .budget_ms = 33,
+                                           .record = record };
     face->session = session_create(&params, &error);
     if (!face->session)
         fail_msg("%s", error.message);

@@ -13,13 +13,13 @@ struct face {
     pthread_mutex_t lock;
     json_t *events; /* an array */
     int frames, moving;
-    int64_t id; /* of client 1, in the last main frame */
+    int64_t id;    /* of client 1, in the last main frame */
     void *picture; /* the last lossless main one */
     size_t size;
-    bool final; /* of the last main frame */
-    int finals; /* main frames that said so */
-    char views[256]; /* that came */
-    int full; /* main frames in full quality */
+    bool final;                /* of the last main frame */
+    int finals;                /* main frames that said so */
+    char views[256];           /* that came */
+    int full;                  /* main frames in full quality */
     int slices, slice_clients; /* frames of slices, and who got the last one: a bit for each client */
     bool unwanted;
 };

@@ -18,7 +18,8 @@ static int told(struct face *face, int client, const char *kind)
     pthread_mutex_lock(&face->lock);
     for (size_t i = 0; i < json_array_size(face->events); i++) {
         const json_t *event = json_array_get(face->events, i);
-        count += json_integer_value(json_object_get(event, "_to")) == client && strcmp(json_string_value(json_object_get(event, "event")), kind) == 0;
+        count += json_integer_value(json_object_get(event, "_to")) == client &&
+                 strcmp(json_string_value(json_object_get(event, "event")), kind) == 0;
     }
     pthread_mutex_unlock(&face->lock);
     return count;

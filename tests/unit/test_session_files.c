@@ -284,8 +284,9 @@ static void test_series(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_picture_across_open),    cmocka_unit_test(test_undo_to_a_file_that_is_gone), cmocka_unit_test(test_edit_while_undo_reads),
-        cmocka_unit_test(test_names_that_are_no_text), cmocka_unit_test(test_downloads_expire), cmocka_unit_test(test_series),
+        cmocka_unit_test(test_picture_across_open),   cmocka_unit_test(test_undo_to_a_file_that_is_gone),
+        cmocka_unit_test(test_edit_while_undo_reads), cmocka_unit_test(test_names_that_are_no_text),
+        cmocka_unit_test(test_downloads_expire),      cmocka_unit_test(test_series),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

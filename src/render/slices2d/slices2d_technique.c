@@ -45,8 +45,8 @@ static const struct pel_option options[] = {
     { "texture-coordinates", "Texture coordinates",
       "Of several slices on a polygon (GPU): corrected for where each lies, or shared, which shows them displaced", PEL_OPTION_CHOICE,
       AT(coordinates), 0, 0, "corrected", coordinates, NULL },
-    { "blend", "Blend", "Within how many degrees about the switch from one stack to another both are drawn and blended",
-      PEL_OPTION_DOUBLE, AT(blend), 0, 45, "0", NULL, "degrees" },
+    { "blend", "Blend", "Within how many degrees about the switch from one stack to another both are drawn and blended", PEL_OPTION_DOUBLE,
+      AT(blend), 0, 45, "0", NULL, "degrees" },
     { "surface", "Surface",
       "What of a slice an isosurface is (GPU): where the value crosses the isovalue to the next, or what passes the paper's alpha test",
       PEL_OPTION_CHOICE, AT(surface), 0, 0, "crossing", surfaces, NULL },
@@ -64,7 +64,7 @@ struct slicer {
     struct pel_gpu_slices2d *gpu;
     struct pel_slices2d_scheduler scheduler;
     struct pel_slices2d_options options; /* of this frame: as they are set, or as the scheduler would have them */
-    int voxels; /* along the view: slices of voxels */
+    int voxels;                          /* along the view: slices of voxels */
 };
 
 /* Slices of voxels along the index axis nearest to the view's direction. */
@@ -110,8 +110,7 @@ static bool check_cpu(const struct pel_scene *scene, const struct pel_slices2d_o
         return pel_fail(error, PEL_ERROR_ARGUMENT,
                         "slices2d classifies after interpolation (post) alone on the CPU; use the technique raycast");
     if (o->lighting != PEL_LIGHTING_SCENE || o->coordinates != PEL_COORDINATES_CORRECTED)
-        return pel_fail(error, PEL_ERROR_ARGUMENT,
-                        "slices2d: lighting and texture-coordinates are the GPU engine's; use --device gpu");
+        return pel_fail(error, PEL_ERROR_ARGUMENT, "slices2d: lighting and texture-coordinates are the GPU engine's; use --device gpu");
     return true;
 }
 
