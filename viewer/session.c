@@ -80,20 +80,45 @@ static void end(struct session *s)
     free(s);
 }
 
+/* A thread that reads, lists or packs. It is joined: one that were still on its way out could meet the end of the process. */
+struct session_helper {
+    pthread_t thread;
+    bool ended; /* it does nothing more under the lock */
+    struct session_helper *next;
+};
+
+static void join_ended(struct session *s)
+{
+    for (struct session_helper **at = &s->helpers; *at;) {
+        struct session_helper *helper = *at;
+        if (!helper->ended) {
+            at = &helper->next;
+            continue;
+        }
+        pthread_join(helper->thread, NULL);
+        *at = helper->next;
+        free(helper);
+    }
+}
+
 bool session_thread(struct session *s, void *(*run)(void *user), void *user, struct pel_error *error)
 {
-    pthread_attr_t detached;
-    pthread_t thread;
-    pthread_attr_init(&detached);
-    pthread_attr_setdetachstate(&detached, PTHREAD_CREATE_DETACHED);
-    bool fine = pthread_create(&thread, &detached, run, user) == 0;
-    pthread_attr_destroy(&detached);
-    s->readers += fine; /* the caller holds the lock, so the thread cannot have ended */
-    return fine || session_fail(error, PEL_ERROR_MEMORY, "no thread can be started");
+    join_ended(s);
+    struct session_helper *helper = calloc(1, sizeof *helper);
+    if (!helper || pthread_create(&helper->thread, NULL, run, user) != 0) {
+        free(helper);
+        return session_fail(error, PEL_ERROR_MEMORY, "no thread can be started");
+    }
+    helper->next = s->helpers; /* the caller holds the lock, so the thread cannot have ended */
+    s->helpers = helper;
+    s->readers++;
+    return true;
 }
 
 void session_thread_ends(struct session *s)
 {
+    for (struct session_helper *helper = s->helpers; helper; helper = helper->next)
+        helper->ended |= pthread_equal(helper->thread, pthread_self()) != 0;
     s->readers--;
     pthread_cond_signal(&s->wake);
     pthread_cond_broadcast(&s->settled);
@@ -105,6 +130,7 @@ static void wait_for_readers(struct session *s)
     session_open_cancel(s);
     while (s->readers > 0)
         pthread_cond_wait(&s->settled, &s->lock);
+    join_ended(s);
     pthread_mutex_unlock(&s->lock);
 }
 

@@ -61,10 +61,11 @@ struct session {
     pthread_cond_t wake;    /* there may be something to draw */
     pthread_cond_t settled; /* something is done */
     pthread_t drawer;
-    bool quit, failed; /* failed: the first file could not be opened */
-    atomic_int abort;  /* the drawing under way is no longer wanted: SESSION_CHANGED, or SESSION_ENDS */
-    int readers;       /* threads of session_thread */
-    int listings;      /* of these, that list a folder */
+    bool quit, failed;              /* failed: the first file could not be opened */
+    atomic_int abort;               /* the drawing under way is no longer wanted: SESSION_CHANGED, or SESSION_ENDS */
+    int readers;                    /* threads of session_thread that are at work */
+    struct session_helper *helpers; /* these, and those that ended and are not joined yet */
+    int listings;                   /* of these, that list a folder */
     double started_ms;
     char **paths; /* real paths that may be opened; NULL at the end */
 
