@@ -83,6 +83,7 @@ class Socket:
         self.file = self.plain.makefile("rb")
         self.shows = shows
         self.last_id = 0
+        self.deadline = float("inf")
         self.frames, self.events = [], []
         host = host or viewer.authority
         lines = ["GET /%s/socket HTTP/1.1" % (viewer.token if token is None else token), "Host: " + host, "Upgrade: websocket", "Connection: Upgrade",
@@ -141,6 +142,8 @@ class Socket:
                 raise Closed
             if code == 9:
                 self.send_frame(data, 10)
+                if time.monotonic() > self.deadline:
+                    raise TimeoutError("what was waited for never came")
                 continue
             kind = code or kind
             message += data
@@ -159,9 +162,11 @@ class Socket:
 
     def until(self, wanted):
         """The first message that `wanted` is true of."""
+        self.deadline = time.monotonic() + 240
         while True:
             message = self.receive()
             if wanted(message):
+                self.deadline = float("inf")
                 return message
 
     def event(self, kind):
