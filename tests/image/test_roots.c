@@ -81,15 +81,11 @@ static void test_rays_in_faces(void **state)
     scene.render.mode = PEL_MODE_ISOSURFACE;
     scene.isosurfaces[0] = (struct pel_isosurface) { 4.3, { 1, 1, 1 }, 1 };
     scene.isosurface_count = 1;
-    scene.camera.parallel = true;
-    scene.camera.parallel_scale = 4.5; /* pixels as large as voxels */
     for (int side = -1; side <= 1; side += 2)
         for (int t = 0; techniques[t]; t++) {
             struct pel_image image;
             int seen = 0;
-            memcpy(scene.camera.focal_point, (double[3]) { 4, 4, 4 }, sizeof scene.camera.focal_point);
-            memcpy(scene.camera.position, (double[3]) { 4, 4, 4 + side * 20 }, sizeof scene.camera.position);
-            memcpy(scene.camera.view_up, (double[3]) { 0, 1, 0 }, sizeof scene.camera.view_up);
+            look_parallel(&scene, (double[3]) { 0, 0, -side }, 20, 4.5); /* pixels as large as voxels */
             draw(&scene, techniques[t], 9, 9, &image);
             for (int i = 0; i < 81; i++)
                 seen += fabs(image.depth[i] - (20 - side * 0.3)) < 1e-3;
