@@ -16,7 +16,7 @@
 #define QUIET_MS 120.0
 /* Between two pictures of a refinement that are sent. */
 #define REFINED_MS 700.0
-static const char fast[] = "slices2d", usual[] = "raycast";
+static const char fast[] = "slices2d";
 /* Of the time for a picture of motion, what the fast technique may take to draw it; what is left is for its way to the page. */
 #define DRAWING_SHARE 0.6
 
@@ -74,6 +74,11 @@ static bool go_on(void *user, double fraction)
     return abort != SESSION_ENDS && !(d->stoppable && abort);
 }
 
+const char *session_technique(const struct pel_scene *scene)
+{
+    return scene->technique.name[0] ? scene->technique.name : "raycast";
+}
+
 bool session_take_options(struct pel_renderer *renderer, const struct pel_scene *scene, const char *technique, struct pel_error *error)
 {
     const struct pel_technique_info *info = pel_technique_find(technique);
@@ -124,7 +129,7 @@ static bool take_copy(struct drawer *d, struct frame_facts *f, struct pel_error 
     struct pel_transfer transfer = d->scene.transfer;
     if (d->volume != s->volume) {
         if (d->volume)
-            session_volume_release(s, d->volume);
+            session_volume_release(d->volume);
         d->volume = s->volume;
         d->volume->users++;
         d->full_ms = 0;
@@ -142,11 +147,6 @@ static bool take_copy(struct drawer *d, struct frame_facts *f, struct pel_error 
     return true;
 }
 
-static const char *technique_of(const struct pel_scene *scene)
-{
-    return scene->technique.name[0] ? scene->technique.name : usual;
-}
-
 /* Before each draw, of the scene or of a job: what the renderer remembers is of one volume. */
 static void know(struct drawer *d, uint64_t volume)
 {
@@ -160,12 +160,12 @@ static bool meet(struct drawer *d)
 {
     bool new = false;
     know(d, d->volume->number);
-    if (d->paced != d->volume->number || d->mode != d->scene.render.mode || strcmp(d->technique, technique_of(&d->scene)) != 0) {
+    if (d->paced != d->volume->number || d->mode != d->scene.render.mode || strcmp(d->technique, session_technique(&d->scene)) != 0) {
         pace_init(&d->pace, d->session->params.budget_ms);
         d->fast_refused = false;
         d->full_ms = 0;
         d->mode = d->scene.render.mode;
-        snprintf(d->technique, sizeof d->technique, "%s", technique_of(&d->scene));
+        snprintf(d->technique, sizeof d->technique, "%s", session_technique(&d->scene));
         new = true;
     }
     d->paced = d->volume->number;
@@ -189,35 +189,27 @@ static void tell_failure(struct drawer *d, const struct pel_error *error)
 
 /* ---- drawing ---- */
 
-static void note_drawn(const struct drawer *d, double start, struct frame_facts *f)
-{
-    f->draw_ms = session_now() - start;
-    f->stats = pel_renderer_stats(d->renderer);
-}
-
-static bool draw(struct drawer *d, const char *technique, struct pel_image *image, struct frame_facts *f, struct pel_error *error)
+/* `budget_ms`: leave out what does not fit into it, which is the fast technique's option; 0: nothing. */
+static bool draw(struct drawer *d, const char *technique, double budget_ms, struct pel_image *image, struct frame_facts *f,
+                 struct pel_error *error)
 {
     double start = session_now();
+    char budget[32];
+    snprintf(budget, sizeof budget, "%d", (int)ceil(budget_ms));
     if (!session_take_options(d->renderer, &d->scene, technique, error) ||
+        (budget_ms > 0 && !pel_option_set(pel_option_find(pel_technique_find(technique)->options, "budget"),
+                                          pel_renderer_options(d->renderer, technique), budget, error)) ||
         !pel_renderer_draw(d->renderer, &d->scene, technique, image, error))
         return false;
-    note_drawn(d, start, f);
+    f->draw_ms = session_now() - start;
+    f->stats = pel_renderer_stats(d->renderer);
     return true;
 }
 
 /* By the fast technique, which leaves slices out to keep to the budget. */
 static bool draw_fast(struct drawer *d, struct frame_facts *f, struct pel_error *error)
 {
-    const struct pel_technique_info *info = pel_technique_find(fast);
-    double start = session_now();
-    char budget[32];
-    snprintf(budget, sizeof budget, "%d", (int)ceil(DRAWING_SHARE * d->pace.budget_ms));
-    if (!session_take_options(d->renderer, &d->scene, fast, error) ||
-        !pel_option_set(pel_option_find(info->options, "budget"), pel_renderer_options(d->renderer, fast), budget, error) ||
-        !pel_renderer_draw(d->renderer, &d->scene, fast, &d->moving, error))
-        return false;
-    note_drawn(d, start, f);
-    return true;
+    return draw(d, fast, DRAWING_SHARE * d->pace.budget_ms, &d->moving, f, error);
 }
 
 /* The fast technique where it can, else the scene's own with twice the step. */
@@ -231,7 +223,7 @@ static bool draw_quickly(struct drawer *d, struct frame_facts *f, struct pel_err
         *error = (struct pel_error)PEL_ERROR_INIT;
     }
     d->scene.render.step *= 2;
-    return draw(d, d->technique, &d->moving, f, error);
+    return draw(d, d->technique, 0, &d->moving, f, error);
 }
 
 static bool draw_moving(struct drawer *d, struct frame_facts *f, enum pace_kind kind, bool slow, struct pel_error *error)
@@ -243,7 +235,7 @@ static bool draw_moving(struct drawer *d, struct frame_facts *f, enum pace_kind 
         pace_choose(&d->pace, kind, f->of, size);
     d->scene.render.refine = 0;
     if (!pel_image_allocate(&d->moving, size[0], size[1], false, error) ||
-        !(slow ? draw_quickly(d, f, error) : draw(d, d->technique, &d->moving, f, error)))
+        !(slow ? draw_quickly(d, f, error) : draw(d, d->technique, 0, &d->moving, f, error)))
         return false;
     f->quality = "moving";
     session_send_frame(d->session, d->encoder, &d->moving, f);
@@ -254,7 +246,7 @@ static bool draw_moving(struct drawer *d, struct frame_facts *f, enum pace_kind 
     if (first && kind == PACE_SCENE) {
         /* What a turn will cost is known before the first one: the same picture again, with all prepared. */
         double drawn = f->draw_ms;
-        if (takes_fast(d) ? draw_fast(d, f, NULL) : draw(d, d->technique, &d->moving, f, NULL))
+        if (takes_fast(d) ? draw_fast(d, f, NULL) : draw(d, d->technique, 0, &d->moving, f, NULL))
             pace_measured(&d->pace, PACE_CAMERA, size, ms - drawn + f->draw_ms);
     }
     return true;
@@ -263,7 +255,7 @@ static bool draw_moving(struct drawer *d, struct frame_facts *f, enum pace_kind 
 static bool draw_full(struct drawer *d, struct frame_facts *f, bool *finished, struct pel_error *error)
 {
     double start = session_now();
-    if (!pel_image_allocate(&d->full, f->of[0], f->of[1], false, error) || !draw(d, d->technique, &d->full, f, error))
+    if (!pel_image_allocate(&d->full, f->of[0], f->of[1], false, error) || !draw(d, d->technique, 0, &d->full, f, error))
         return false;
     f->final = *finished = pel_renderer_finished(d->renderer); /* at once where nothing is refined, or where this was drawn before */
     if (!f->final || d->scene.render.refine <= 1) {            /* what is remembered costs nothing, and tells nothing */
@@ -280,7 +272,7 @@ static bool draw_full(struct drawer *d, struct frame_facts *f, bool *finished, s
 /* One more frame into the mean of the picture at rest. That it is finished is never noted without the final picture sent. */
 static bool refine(struct drawer *d, struct frame_facts *f, bool *finished, struct pel_error *error)
 {
-    if (!draw(d, d->technique, &d->full, f, error))
+    if (!draw(d, d->technique, 0, &d->full, f, error))
         return false;
     *finished = pel_renderer_finished(d->renderer);
     if (*finished || session_now() - d->refined_sent_ms > REFINED_MS) {
@@ -469,7 +461,7 @@ void *session_draw(void *user)
     if (!fine)
         session_tell_error(s, 0, error.message, NULL);
     if (d.volume)
-        session_volume_release(s, d.volume);
+        session_volume_release(d.volume);
     s->quit = true;
     pthread_cond_broadcast(&s->settled);
     pthread_mutex_unlock(&s->lock);

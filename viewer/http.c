@@ -212,7 +212,7 @@ int http_event(struct server *server, struct lws *wsi, enum lws_callback_reasons
     case LWS_CALLBACK_HTTP:
         return request(server, wsi, exchange, in);
     case LWS_CALLBACK_HTTP_BODY:
-        return upload_body(server, wsi, exchange, in, length);
+        return upload_body(wsi, exchange, in, length);
     case LWS_CALLBACK_HTTP_BODY_COMPLETION:
         return upload_end(server, wsi, exchange);
     case LWS_CALLBACK_HTTP_WRITEABLE:

@@ -39,13 +39,13 @@ struct session_job {
 };
 
 /* With the lock held. */
-static void job_free(struct session *s, struct session_job *job)
+static void job_free(struct session_job *job)
 {
     pel_transfer_finish(&job->scene.transfer);
     pel_image_finish(&job->image);
     encoder_destroy(job->encoder);
     WebPAnimEncoderDelete(job->movie);
-    session_volume_release(s, job->volume);
+    session_volume_release(job->volume);
     free(job);
 }
 
@@ -54,7 +54,7 @@ void session_jobs_finish(struct session *s)
     while (s->jobs) {
         struct session_job *job = s->jobs;
         s->jobs = job->next;
-        job_free(s, job);
+        job_free(job);
     }
 }
 
@@ -76,7 +76,7 @@ static bool add(struct call *call, struct session_job *job)
     if (fine && count >= MOST_JOBS)
         fine = session_fail(call->error, PEL_ERROR_ARGUMENT, "%d pictures are waiting to be drawn; wait, or cancel them", count);
     if (!fine) {
-        job_free(s, job);
+        job_free(job);
         return false;
     }
     *last = job;
@@ -233,7 +233,7 @@ static void finish_job(struct session *s, struct session_job *job, int fd, const
         session_offer(s, job->client, fd, movie ? "turn.webp" : "picture.png", movie ? "image/webp" : "image/png", &call);
     else
         session_tell_error(s, job->client, failure, &call);
-    job_free(s, job);
+    job_free(job);
 }
 
 void session_job_fail(struct session *s, const char *failure)
@@ -258,12 +258,11 @@ static void aim(struct session_job *job, struct pel_scene *scene)
 /* One draw; `whole`: a frame of it is finished. */
 static bool draw(struct session_job *job, struct pel_renderer *renderer, bool *whole, struct pel_error *error)
 {
-    const char *technique = job->scene.technique.name[0] ? job->scene.technique.name : NULL;
+    const char *technique = session_technique(&job->scene);
     struct pel_scene scene;
     aim(job, &scene);
     if (!pel_image_allocate(&job->image, job->size[0], job->size[1], false, error) ||
-        !session_take_options(renderer, &scene, technique ? technique : "raycast", error) ||
-        !pel_renderer_draw(renderer, &scene, technique, &job->image, error))
+        !session_take_options(renderer, &scene, technique, error) || !pel_renderer_draw(renderer, &scene, technique, &job->image, error))
         return false;
     *whole = pel_renderer_finished(renderer);
     return true;

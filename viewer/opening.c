@@ -25,9 +25,8 @@ static void opening_free(struct session_opening *o)
     free(o);
 }
 
-void session_volume_release(struct session *s, struct session_volume *volume)
+void session_volume_release(struct session_volume *volume)
 {
-    (void)s;
     if (--volume->users > 0)
         return;
     pel_volume_finish(&volume->volume);
@@ -158,7 +157,7 @@ static void adopt(struct session_opening *o, struct session_opened *opened, stru
     if (before)
         history_push(&s->history, 0, 0, before);
     if (s->volume)
-        session_volume_release(s, s->volume);
+        session_volume_release(s->volume);
     pel_scene_finish(&s->scene);
     s->volume = volume;
     s->scene = *scene;
@@ -205,7 +204,7 @@ static void count_histogram(struct session *s, struct session_volume *volume)
     volume->histogram = histogram;
     if (s->volume == volume && histogram)
         session_tell_volume(s, 0);
-    session_volume_release(s, volume);
+    session_volume_release(volume);
     pthread_mutex_unlock(&s->lock);
 }
 

@@ -114,7 +114,7 @@ int http_refuse(struct lws *wsi, unsigned status);
 /* ---- upload.c ---- */
 
 int upload_begin(struct server *server, struct lws *wsi, struct exchange *exchange);
-int upload_body(struct server *server, struct lws *wsi, struct exchange *exchange, const char *bytes, size_t size);
+int upload_body(struct lws *wsi, struct exchange *exchange, const char *bytes, size_t size);
 int upload_end(struct server *server, struct lws *wsi, struct exchange *exchange);
 void upload_drop(struct exchange *exchange); /* accepts one without an upload */
 /* Removes the files that were uploaded. */

@@ -68,7 +68,7 @@ static void end(struct session *s)
     downloads_finish(&s->downloads);
     history_finish(&s->history);
     if (s->volume)
-        session_volume_release(s, s->volume);
+        session_volume_release(s->volume);
     pel_scene_finish(&s->scene);
     pel_device_destroy(s->device);
     for (int i = 0; s->paths && s->paths[i]; i++)

@@ -133,6 +133,8 @@ bool session_held(const struct session *session);
 void session_changed(struct session *session, bool camera_only);
 /* What is being drawn is not to be waited for. */
 void session_interrupt(struct session *session);
+/* What draws the scene: the technique that it names, or the usual one. */
+const char *session_technique(const struct pel_scene *scene);
 /* Gives the renderer the technique's options that the scene names, the others their defaults. */
 bool session_take_options(struct pel_renderer *renderer, const struct pel_scene *scene, const char *technique, struct pel_error *error);
 
@@ -144,7 +146,7 @@ bool session_open(struct session *session, const char *path, const char *array, 
 void session_open_cancel(struct session *session);
 /* Is a file being read for a step of undo or redo? */
 bool session_open_steps(const struct session *session);
-void session_volume_release(struct session *session, struct session_volume *volume);
+void session_volume_release(struct session_volume *volume); /* with the lock held */
 
 /* ---- session_commands.c ---- */
 

@@ -166,10 +166,9 @@ int upload_begin(struct server *server, struct lws *wsi, struct exchange *exchan
     return 0;
 }
 
-int upload_body(struct server *server, struct lws *wsi, struct exchange *exchange, const char *bytes, size_t size)
+int upload_body(struct lws *wsi, struct exchange *exchange, const char *bytes, size_t size)
 {
     struct upload *upload = exchange->upload;
-    (void)server;
     if (!upload)
         return 0; /* refused already */
     if (size > upload->left)
