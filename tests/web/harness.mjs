@@ -4,7 +4,7 @@
 
 import { spawn, spawnSync } from 'node:child_process';
 import { createHash } from 'node:crypto';
-import { existsSync } from 'node:fs';
+import { existsSync, rmSync } from 'node:fs';
 import { createRequire } from 'node:module';
 import path from 'node:path';
 
@@ -229,4 +229,14 @@ export async function main(finish) {
     }
     await finish();
     process.exit(failed ? 1 : 0);
+}
+
+/** The same, of tests with one face and a folder of files: at last the face's browser may have complained about nothing. */
+export async function mainWithoutComplaints(face, browser, server, folder) {
+    test('the browser had nothing to complain about', () => equal(face.complaints.join('\n'), '', 'complaints'));
+    await main(async () => {
+        await browser.close();
+        await server.stop();
+        rmSync(folder, { recursive: true });
+    });
 }

@@ -3,10 +3,10 @@
  * function, geometry). */
 
 import { spawnSync } from 'node:child_process';
-import { mkdtempSync, rmSync } from 'node:fs';
+import { mkdtempSync } from 'node:fs';
 import os from 'node:os';
 import path from 'node:path';
-import { Face, assert, equal, launch, main, pellucid, test, view } from './harness.mjs';
+import { Face, assert, equal, launch, mainWithoutComplaints, pellucid, test, view } from './harness.mjs';
 
 const browser = await launch();
 const folder = mkdtempSync(path.join(os.tmpdir(), 'pellucid-web-'));
@@ -351,12 +351,4 @@ test('the camera of a frame projects and unprojects', async () => {
     equal(wrong.join('\n'), '', 'geometry');
 });
 
-test('the browser had nothing to complain about', async () => {
-    equal(face.complaints.join('\n'), '', 'complaints');
-});
-
-await main(async () => {
-    await browser.close();
-    await server.stop();
-    rmSync(folder, { recursive: true });
-});
+await mainWithoutComplaints(face, browser, server, folder);

@@ -2,10 +2,10 @@
 /* What the panels do, on a small volume: slices with zoom and pan, planes, isovalues, dropped files, the server's folder, what is saved. */
 
 import { spawnSync } from 'node:child_process';
-import { copyFileSync, mkdtempSync, readFileSync, rmSync } from 'node:fs';
+import { copyFileSync, mkdtempSync, readFileSync } from 'node:fs';
 import os from 'node:os';
 import path from 'node:path';
-import { Face, assert, equal, launch, main, pellucid, test, view } from './harness.mjs';
+import { Face, assert, equal, launch, mainWithoutComplaints, pellucid, test, view } from './harness.mjs';
 
 const browser = await launch();
 const folder = mkdtempSync(path.join(os.tmpdir(), 'pellucid-web-'));
@@ -222,12 +222,4 @@ test('the device is told, and chosen where there are several', async () => {
     }
 });
 
-test('the browser had nothing to complain about', async () => {
-    equal(face.complaints.join('\n'), '', 'complaints');
-});
-
-await main(async () => {
-    await browser.close();
-    await server.stop();
-    rmSync(folder, { recursive: true });
-});
+await mainWithoutComplaints(face, browser, server, folder);

@@ -1,10 +1,10 @@
 /* SPDX-License-Identifier: MIT */
 /* What a user meets: crowded points, numbers that are too large, a volume of a patient, a folder of slices, undo once too often. */
 
-import { mkdirSync, mkdtempSync, rmSync, writeFileSync } from 'node:fs';
+import { mkdirSync, mkdtempSync, writeFileSync } from 'node:fs';
 import os from 'node:os';
 import path from 'node:path';
-import { Face, assert, equal, launch, main, test, view } from './harness.mjs';
+import { Face, assert, equal, launch, mainWithoutComplaints, test, view } from './harness.mjs';
 
 const SIDE = 16;
 const SLOPE = [
@@ -227,12 +227,4 @@ test('on a phone four pictures lie beside the bar and the sheet, not under them'
     await page.setViewportSize({ width: 1000, height: 640 });
 });
 
-test('the browser had nothing to complain about', async () => {
-    equal(face.complaints.join('\n'), '', 'complaints');
-});
-
-await main(async () => {
-    await browser.close();
-    await server.stop();
-    rmSync(folder, { recursive: true });
-});
+await mainWithoutComplaints(face, browser, server, folder);
