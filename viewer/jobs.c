@@ -1,19 +1,16 @@
 /* SPDX-License-Identifier: MIT */
 /* Pictures and movies to be saved: drawn frame by frame by the thread that draws, when it has nothing more urgent, of the scene as it was
  * when they were asked for. A command stops the frame under way, which is drawn again later. A thread of its own packs each frame that is
- * drawn. A movie is an animated WebP: one file that every browser plays, and the page is one (docs/decisions/0010-the-viewer.md). */
+ * drawn. */
 #include <math.h>
 #include <stdlib.h>
-#include <string.h>
 #include <unistd.h>
 
-#include <webp/encode.h>
-#include <webp/mux.h>
-
+#include "movie.h"
 #include "session_inside.h"
 
-enum { MOST_JOBS = 16, MOST_MOVIE_PIXELS = 1 << 23, MOVIE_MS = 40, MOVIE_QUALITY = 90 };
-/* A movie is kept in memory until it is whole: less than a gigabyte. */
+enum { MOST_JOBS = 16, MOST_MOVIE_PIXELS = 1 << 23 };
+/* Less than a gigabyte of memory for a WebP, which is kept there until it is whole. */
 #define MOST_MOVIE_PIXELS_IN_ALL 0x1p32
 /* Pictures up to so many pixels are packed as small as can be; larger ones would be waited for too long. */
 #define SMALL_PIXELS (1 << 22)
@@ -35,7 +32,8 @@ struct session_job {
     struct session_volume *volume;
     struct pel_image image;
     struct encoder *encoder;
-    WebPAnimEncoder *movie;
+    const struct movie_format *format; /* NULL: a picture */
+    struct movie *movie;               /* from its first frame on */
 };
 
 /* With the lock held. */
@@ -44,7 +42,7 @@ static void job_free(struct session_job *job)
     pel_transfer_finish(&job->scene.transfer);
     pel_image_finish(&job->image);
     encoder_destroy(job->encoder);
-    WebPAnimEncoderDelete(job->movie);
+    movie_destroy(job->movie);
     session_volume_release(job->volume);
     free(job);
 }
@@ -94,51 +92,61 @@ static bool check_memory(const int size[2], struct pel_error *error)
                         bytes / 1e9, memory / 1e9);
 }
 
-static struct session_job *job_new(struct call *call, const char *what)
+static struct session_job *job_new(struct call *call, const char *what, const int size[2], bool background)
 {
-    struct session_job *job = calloc(1, sizeof *job);
+    struct session_job *job = check_memory(size, call->error) ? calloc(1, sizeof *job) : NULL;
     if (job)
-        *job = (struct session_job) { .what = what, .background = true, .frames = 1 };
-    else
+        *job = (struct session_job) { .what = what, .size = { size[0], size[1] }, .background = background, .frames = 1 };
+    else if (!call->error->code)
         session_fail(call->error, PEL_ERROR_MEMORY, "no memory for another picture");
     return job;
+}
+
+static bool read_background(struct call *call, bool *background)
+{
+    const json_t *value = json_object_get(call->json, "background");
+    *background = !value || json_is_true(value);
+    return !value || json_is_boolean(value) ||
+           session_fail(call->error, PEL_ERROR_ARGUMENT, "background: it must be true or false");
 }
 
 bool run_picture(struct call *call)
 {
     int size[2];
-    const json_t *background = json_object_get(call->json, "background");
-    if (!call_size(call, "size", SESSION_MOST_PICTURE_PIXELS, SESSION_MOST_PICTURE_PIXELS, size))
+    bool background;
+    if (!call_size(call, "size", SESSION_MOST_PICTURE_PIXELS, SESSION_MOST_PICTURE_PIXELS, size) || !read_background(call, &background))
         return false;
     if (size[0] > PEL_IMAGE_MAX || size[1] > PEL_IMAGE_MAX)
         return session_fail(call->error, PEL_ERROR_ARGUMENT, "size: a side is longer than %d pixels", PEL_IMAGE_MAX);
-    if (background && !json_is_boolean(background))
-        return session_fail(call->error, PEL_ERROR_ARGUMENT, "background: it must be true or false");
-    struct session_job *job = check_memory(size, call->error) ? job_new(call, "picture") : NULL;
-    if (!job)
-        return false;
-    memcpy(job->size, size, sizeof size);
-    job->background = !background || json_is_true(background);
-    return add(call, job);
+    struct session_job *job = job_new(call, "picture", size, background);
+    return job && add(call, job);
 }
 
 bool run_movie(struct call *call)
 {
     int size[2];
     double frames, degrees = 360;
-    if (!call_size(call, "size", SESSION_MOST_SIDE, MOST_MOVIE_PIXELS, size) || !call_number(call, "frames", 2, 3600, &frames) ||
+    bool background;
+    const char *word = call_has(call, "format") ? call_text(call, "format", 16) : "webp";
+    if (!word || !call_size(call, "size", SESSION_MOST_SIDE, MOST_MOVIE_PIXELS, size) || !read_background(call, &background) ||
+        !call_number(call, "frames", 2, 3600, &frames) ||
         (call_has(call, "degrees") && !call_number(call, "degrees", -36000, 36000, &degrees)))
         return false;
+    const struct movie_format *format = movie_format(word);
+    if (!format)
+        return session_fail(call->error, PEL_ERROR_ARGUMENT, "format: \"%s\" is no kind of movie; give \"webp\" or \"png\"", word);
+    if (!background && !movie_has_alpha(format))
+        return session_fail(call->error, PEL_ERROR_ARGUMENT, "background: a movie of the format \"%s\" has one; give \"png\"", word);
     if (frames != floor(frames))
         return session_fail(call->error, PEL_ERROR_ARGUMENT, "frames: %g is no whole number", frames);
     if (frames * size[0] * size[1] > MOST_MOVIE_PIXELS_IN_ALL)
         return session_fail(call->error, PEL_ERROR_ARGUMENT,
                             "size: %g frames of %dx%d are more than %g pixels; ask for fewer or smaller ones", frames, size[0], size[1],
                             MOST_MOVIE_PIXELS_IN_ALL);
-    struct session_job *job = check_memory(size, call->error) ? job_new(call, "movie") : NULL;
+    struct session_job *job = job_new(call, "movie", size, background);
     if (!job)
         return false;
-    memcpy(job->size, size, sizeof size);
+    job->format = format;
     job->frames = (int)frames;
     job->degrees = degrees;
     return add(call, job);
@@ -161,60 +169,29 @@ void session_jobs_cancel(struct session *s, int client)
 
 /* ---- a step ---- */
 
-static bool begin_movie(struct session_job *job, struct pel_error *error)
+static const double *background(const struct session_job *job)
 {
-    WebPAnimEncoderOptions options;
-    if (!WebPAnimEncoderOptionsInit(&options))
-        return session_fail(error, PEL_ERROR_UNSUPPORTED, "movie: libwebp is of another version than its headers");
-    options.kmin = 9;
-    options.kmax = 17;
-    job->movie = WebPAnimEncoderNew(job->size[0], job->size[1], &options);
-    return job->movie || session_fail(error, PEL_ERROR_MEMORY, "movie: no memory for it");
+    return job->background ? job->scene.background : NULL;
 }
 
 static bool add_movie_frame(struct session_job *job, struct pel_error *error)
 {
-    const unsigned char *pixels = encoder_pixels(job->encoder, &job->image, job->scene.background, error);
-    WebPConfig config;
-    WebPPicture picture;
-    if (!pixels || (!job->movie && !begin_movie(job, error)))
-        return false;
-    if (!WebPConfigInit(&config) || !WebPPictureInit(&picture))
-        return session_fail(error, PEL_ERROR_UNSUPPORTED, "movie: libwebp is of another version than its headers");
-    config.quality = MOVIE_QUALITY;
-    config.method = 2;
-    picture.use_argb = 1;
-    picture.width = job->size[0];
-    picture.height = job->size[1];
-    bool fine = WebPPictureImportRGBX(&picture, pixels, 4 * job->size[0]) &&
-                WebPAnimEncoderAdd(job->movie, &picture, job->done * MOVIE_MS, &config);
-    WebPPictureFree(&picture);
-    return fine || session_fail(error, PEL_ERROR_MEMORY, "movie: %.200s", WebPAnimEncoderGetError(job->movie));
+    if (!job->movie)
+        job->movie = movie_begin(job->format, job->size, error);
+    return job->movie && movie_add(job->movie, job->encoder, &job->image, background(job), error);
 }
 
-/* The job's file; -1 on failure. */
-static int finish_file(struct session_job *job, struct pel_error *error)
+/* A file of the picture; -1 on failure. */
+static int picture_file(struct session_job *job, struct pel_error *error)
 {
     const void *bytes = NULL;
     size_t size = 0;
-    WebPData data;
-    bool fine, movie = job->movie;
-    WebPDataInit(&data);
-    if (movie) {
-        fine = (WebPAnimEncoderAdd(job->movie, NULL, job->frames * MOVIE_MS, NULL) && WebPAnimEncoderAssemble(job->movie, &data)) ||
-               session_fail(error, PEL_ERROR_MEMORY, "movie: %.200s", WebPAnimEncoderGetError(job->movie));
-        bytes = data.bytes;
-        size = data.size;
-    } else {
-        fine = encode_png(job->encoder, &job->image, job->background ? job->scene.background : NULL,
-                          (double)job->size[0] * job->size[1] <= SMALL_PIXELS, &bytes, &size, error);
-    }
-    int fd = fine ? download_file(error) : -1;
+    bool small = (double)job->size[0] * job->size[1] <= SMALL_PIXELS;
+    int fd = encode_png(job->encoder, &job->image, background(job), small, &bytes, &size, error) ? download_file(error) : -1;
     if (fd >= 0 && !download_write(fd, bytes, size, error)) {
         close(fd);
         fd = -1;
     }
-    WebPDataClear(&data);
     return fd;
 }
 
@@ -222,7 +199,6 @@ static int finish_file(struct session_job *job, struct pel_error *error)
 static void finish_job(struct session *s, struct session_job *job, int fd, const char *failure)
 {
     const struct call call = { .name = job->what, .has_id = job->has_id, .id = job->id };
-    bool movie = strcmp(job->what, "movie") == 0;
     for (struct session_job **at = &s->jobs; *at; at = &(*at)->next)
         if (*at == job) {
             *at = job->next;
@@ -230,7 +206,8 @@ static void finish_job(struct session *s, struct session_job *job, int fd, const
         }
     session_tell_progress(s, job->client, job->what, 1);
     if (fd >= 0)
-        session_offer(s, job->client, fd, movie ? "turn.webp" : "picture.png", movie ? "image/webp" : "image/png", &call);
+        session_offer(s, job->client, fd, job->format ? movie_name(job->format) : "picture.png",
+                      job->format ? movie_type(job->format) : "image/png", &call);
     else
         session_tell_error(s, job->client, failure, &call);
     job_free(job);
@@ -249,7 +226,7 @@ uint64_t session_job_volume(const struct session *s)
 static void aim(struct session_job *job, struct pel_scene *scene)
 {
     *scene = job->scene;
-    if (job->frames > 1) {
+    if (job->format) {
         scene->render.refine = 0;
         pel_camera_azimuth(&scene->camera, job->degrees * job->done / job->frames);
     }
@@ -270,7 +247,7 @@ static bool draw(struct session_job *job, struct pel_renderer *renderer, bool *w
 
 static void tell_how_far(struct session *s, struct session_job *job)
 {
-    int draws = job->frames > 1 ? job->frames : 1 + job->scene.render.refine;
+    int draws = job->format ? job->frames : 1 + job->scene.render.refine;
     double now = session_now();
     if (now - job->told_ms < TOLD_MS)
         return;
@@ -285,11 +262,11 @@ static void *pack(void *user)
     struct session *s = job->session;
     struct pel_error error = PEL_ERROR_INIT;
     int fd = -1;
-    bool fine = job->frames == 1 || add_movie_frame(job, &error);
+    bool fine = !job->format || add_movie_frame(job, &error);
     job->done += fine;
     bool ends = !fine || job->done == job->frames;
     if (fine && ends)
-        fd = finish_file(job, &error);
+        fd = job->format ? movie_end(job->movie, &error) : picture_file(job, &error);
     pthread_mutex_lock(&s->lock);
     job->packing = false;
     if (ends)

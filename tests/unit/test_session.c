@@ -200,6 +200,10 @@ static const char *const bad[] = {
     "{\"do\":\"movie\",\"size\":[4096,2048],\"frames\":3600}",
     "{\"do\":\"movie\",\"size\":[64,64],\"frames\":1e6,\"degrees\":360}",
     "{\"do\":\"movie\",\"size\":[8192,4096],\"frames\":10,\"degrees\":360}",
+    "{\"do\":\"movie\",\"size\":[64,64],\"frames\":2,\"format\":\"gif\"}",
+    "{\"do\":\"movie\",\"size\":[64,64],\"frames\":2,\"format\":7}",
+    "{\"do\":\"movie\",\"size\":[64,64],\"frames\":2,\"background\":false}",
+    "{\"do\":\"movie\",\"size\":[64,64],\"frames\":2,\"format\":\"png\",\"background\":1}",
     "{\"do\":\"list\",\"path\":\"\"}",
     "{\"do\":\"open\",\"path\":\"/etc/passwd\"}",
     "{\"do\":\"device\"}",
@@ -475,6 +479,11 @@ static void test_downloads(void **state)
     downloaded(&face, bytes, "turn.webp");
     assert_memory_equal(bytes, "RIFF", 4);
     assert_memory_equal(bytes + 8, "WEBPVP8X", 8);
+    say(&face, 1, "{\"do\":\"movie\",\"size\":[64,48],\"frames\":3,\"degrees\":90,\"format\":\"png\",\"background\":false}");
+    session_settle(face.session, true);
+    downloaded(&face, bytes, "turn.zip");
+    assert_memory_equal(bytes, "PK\3\4", 4);
+    assert_memory_equal(bytes + 30, "turn_0000.png\x89PNG", 17); /* stored, after the header of its entry */
     for (int i = 0; i < 8; i++)
         say(&face, 1, "{\"do\":\"export\"}");
     assert_true(session_download(face.session, 1, kept, &type, &size) < 0); /* eight newer ones came */

@@ -40,6 +40,21 @@ async function saved(selector) {
     return { name: download.suggestedFilename(), bytes: readFileSync(await download.path()) };
 }
 
+/** What a ZIP archive of stored files holds, by its directory at the end. */
+function readZip(bytes) {
+    const files = {};
+    let at = bytes.readUInt32LE(bytes.length - 6);
+    for (let left = bytes.readUInt16LE(bytes.length - 12); left > 0; left--) {
+        equal(bytes.readUInt32LE(at), 0x02014b50, 'the mark of an entry');
+        const [length, extra, comment] = [28, 30, 32].map((i) => bytes.readUInt16LE(at + i));
+        const start = bytes.readUInt32LE(at + 42);
+        const data = start + 30 + bytes.readUInt16LE(start + 26) + bytes.readUInt16LE(start + 28);
+        files[bytes.subarray(at + 46, at + 46 + length).toString()] = bytes.subarray(data, data + bytes.readUInt32LE(at + 24));
+        at += 46 + length + extra + comment;
+    }
+    return files;
+}
+
 /** Waits for a message in words. */
 const told = (text) => page.waitForSelector(`.message:has-text("${text}")`, { timeout: 60000 });
 
@@ -190,6 +205,16 @@ test('a turntable is drawn, with progress', async () => {
         'no progress was told',
     );
     await page.waitForSelector('#progress', { state: 'hidden', timeout: 60000 });
+    await page.selectOption('#panel-save [aria-label="Kind of movie"]', 'png');
+    const { name, bytes: archive } = await saved('#panel-save button:has-text("Save movie")');
+    equal(name, 'turn.zip', 'the name');
+    const places = readZip(archive);
+    equal(Object.keys(places).join(), [0, 1, 2, 3, 4, 5].map((i) => `turn_000${i}.png`).join(), 'pictures in the archive');
+    for (const data of Object.values(places)) {
+        equal(data.subarray(0, 4).toString('latin1'), '\x89PNG', 'the kind of picture');
+        equal(`${data.readUInt32BE(16)}x${data.readUInt32BE(20)}`, '96x64', 'its size');
+    }
+    assert(!places['turn_0000.png'].equals(places['turn_0001.png']), 'nothing turned');
 });
 
 test('a transfer function goes out and comes in', async () => {

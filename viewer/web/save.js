@@ -12,6 +12,10 @@ const SIZES = [
     ['4096x4096', '4096 × 4096'],
     ['own', 'own size'],
 ];
+const FORMATS = [
+    ['webp', 'animation (WebP)'],
+    ['png', 'pictures (PNG in a ZIP)'],
+];
 const MOST_PIXELS = 2 ** 26;
 
 /** The bar for what takes a while: a caption, how far, a button to stop it. */
@@ -69,8 +73,16 @@ export function savePanel(app) {
     const degrees = numberInput({ label: 'Degrees' }, () => {});
     frames.update(72);
     degrees.update(360);
+    const format = select(FORMATS, () => {}, 'Kind of movie');
     const saveMovie = () =>
-        app.download({ do: 'movie', size: size().map((x) => x - (x % 2)), frames: Number(frames.value), degrees: Number(degrees.value) });
+        app.download({
+            do: 'movie',
+            size: size().map((x) => x - (x % 2)), // film encoders want even sides
+            frames: Number(frames.value),
+            degrees: Number(degrees.value),
+            format: format.value,
+            background: background.checked || format.value === 'webp',
+        });
     const element = h(
         'div',
         { class: 'stack' },
@@ -80,6 +92,9 @@ export function savePanel(app) {
         button('Save picture', savePicture, { icon: 'save', kind: 'primary', title: 'At full quality, as PNG (Ctrl S)' }),
         h('h3', {}, 'Turntable'),
         h('div', { class: 'row' }, field('Frames', frames), field('Turn', degrees, { unit: 'degrees' })),
+        field('As', format, {
+            help: 'An animation plays in every browser; pictures are without loss, for programs that make films: ffmpeg -i turn_%04d.png turn.mp4',
+        }),
         button('Save movie', saveMovie, { icon: 'save', kind: 'small', title: 'A turn about the view-up' }),
         h('h3', {}, 'Scene'),
         h('p', { class: 'hint' }, 'All that decides what is seen, for “pellucid render --scene” or to open here again.'),

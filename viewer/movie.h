@@ -1,0 +1,26 @@
+/* SPDX-License-Identifier: MIT */
+/* Frames in one file to be downloaded: an animated WebP, which every browser plays, or numbered PNGs in a ZIP archive, without loss, for
+ * any program that makes films of pictures. */
+#ifndef VIEWER_MOVIE_H
+#define VIEWER_MOVIE_H
+
+#include "encode.h"
+
+struct movie;
+
+/* A kind of file: "webp" or "png"; NULL for another word. */
+const struct movie_format *movie_format(const char *word);
+const char *movie_name(const struct movie_format *format); /* of the file */
+const char *movie_type(const struct movie_format *format); /* of its content, as HTTP says it */
+/* Can frames keep their alpha? */
+bool movie_has_alpha(const struct movie_format *format);
+
+struct movie *movie_begin(const struct movie_format *format, const int size[2], struct pel_error *error);
+/* The next frame, before `background` (NULL: its alpha is kept). */
+bool movie_add(struct movie *movie, struct encoder *encoder, const struct pel_image *image, const double *background,
+               struct pel_error *error);
+/* Its file, the caller's; -1 on failure. Nothing but movie_destroy may follow. */
+int movie_end(struct movie *movie, struct pel_error *error);
+void movie_destroy(struct movie *movie); /* accepts NULL */
+
+#endif
