@@ -28,15 +28,15 @@ int march_probe(const Ray r, int k, float at, vec3 p)
     if (isnan(ends.x) || isnan(ends.y))
         return GO_ON;
     bool crossed = false;
-    for (int i = 0; i < job.counts.y; i++)
+    for (int i = 0; i < ISOVALUES; i++)
         crossed = crossed || (ends.x < job.iso[i].x) != (ends.y < job.iso[i].x);
     return crossed ? TAKE : GO_ON;
 }
 
 bool march_take(const Ray r, int k, float at, vec3 p)
 {
-    for (int j = 0; j < job.counts.y; j++) {
-        int i = ends.y > ends.x ? j : job.counts.y - 1 - j;
+    for (int j = 0; j < ISOVALUES; j++) {
+        int i = ends.y > ends.x ? j : ISOVALUES - 1 - j;
         float iso = job.iso[i].x;
         if ((ends.x < iso) == (ends.y < iso))
             continue;

@@ -38,7 +38,7 @@ bool take_cell()
     vec4 least = min(low, high), most = max(low, high);
     range = vec2(min(min(least.x, least.y), min(least.z, least.w)), max(max(most.x, most.y), max(most.z, most.w)));
     bool found = false;
-    for (int i = 0; i < job.counts.y; i++) {
+    for (int i = 0; i < ISOVALUES; i++) {
         bool under = range.x < job.iso[i].x;
         found = found || under != (range.y < job.iso[i].x) || (carried && (carry < job.iso[i].x) != under);
     }
@@ -114,7 +114,7 @@ bool add_surfaces(const Ray r, float from, float to)
     vec2 turns = extrema();
     float start = value_at(f), end = value_at(f + d), first = carried ? carry : start;
     vec4 u = vec4(0.0, turns, 1.0), values = vec4(start, turns.x < 1.0 ? cubic_at(turns.x) : end, turns.y < 1.0 ? cubic_at(turns.y) : end, end);
-    int pieces = 4 * job.counts.y, at = 0;
+    int pieces = 4 * ISOVALUES, at = 0;
     carry = end;
     carried = true;
     while (true) {
@@ -122,10 +122,10 @@ bool add_surfaces(const Ray r, float from, float to)
         float a, b, v, w;
         int i;
         for (; at < pieces && !found; at++) {
-            int piece = at / job.counts.y, j = at - piece * job.counts.y;
+            int piece = at / ISOVALUES, j = at - piece * ISOVALUES;
             v = one_of(piece, first, values);
             w = one_of(piece + 1, first, values);
-            i = w > v ? j : job.counts.y - 1 - j;
+            i = w > v ? j : ISOVALUES - 1 - j;
             found = (v < job.iso[i].x) != (w < job.iso[i].x);
             a = one_of(piece, 0.0, u);
             b = one_of(piece + 1, 0.0, u);

@@ -3,7 +3,7 @@
 bool holds_isovalue(float least, float greatest)
 {
     float margin = 4e-6 * (abs(least) + abs(greatest)) + 5e-7 * abs(job.raw.y);
-    for (int i = 0; i < job.counts.y; i++)
+    for (int i = 0; i < ISOVALUES; i++)
         if (least - margin <= job.iso[i].x && job.iso[i].x <= greatest + margin)
             return true;
     return false;

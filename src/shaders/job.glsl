@@ -27,3 +27,9 @@ layout(std140, binding = 0) uniform JobBlock {
     ivec4 first_cell;
     vec4 own_lo, own_hi;     // it takes the samples from own_lo up to, not including, own_hi (index positions)
 } job;
+
+#ifdef ONE_ISOVALUE // a constant: no loop over them, no look-up of which
+#define ISOVALUES 1
+#else
+#define ISOVALUES job.counts.y
+#endif

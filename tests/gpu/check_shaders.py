@@ -63,11 +63,12 @@ own = {"composite.glsl": ["PRE", "PRE SHADE HEADLIGHTS VOIDS", "PRE BRICKS"], "e
        "stop_fragment.glsl": ["GREATER"], "histopyramid_sum.glsl": ["BASE"], "stretch_fragment.glsl": ["BAND"], "plain_fragment.glsl": ["BAND"],
        "mesh_fragment.glsl": ["LIST", "LIST HEADLIGHTS"], "mesh_depth.glsl": ["LIST"],
        "peel_vertex.glsl": ["DISC"], "peel_fragment.glsl": ["DISC"], "peel_masks.glsl": ["DISC"],
-       "peel_cast.glsl": ["STEPPING", "STEPPING BINARY_SEARCH VOIDS", "EXTERIOR", "EXTERIOR STEPPING HEADLIGHTS", "WHOLE VOIDS", "WHOLE STEPPING", "TREE", "TREE STEPPING VOIDS"],
+       "peel_cast.glsl": ["STEPPING", "STEPPING BINARY_SEARCH VOIDS", "EXTERIOR", "EXTERIOR STEPPING HEADLIGHTS", "WHOLE VOIDS", "WHOLE STEPPING", "TREE", "TREE STEPPING VOIDS", "ONE_ISOVALUE", "ONE_ISOVALUE STEPPING VOIDS"],
+       "isosurface_cells.glsl": ["ONE_ISOVALUE", "ONE_ISOVALUE BRICKS VOIDS"], "isosurface.glsl": ["ONE_ISOVALUE HEADLIGHTS"],
        "classify.glsl": ["MODE=%d MODE_MIP=1 MODE_MINIP=2 MODE_ISOSURFACE=5" % mode for mode in (0, 1, 2, 5)]}
 slices = ["AXIS=%d LIGHTING=%d" % (axis, axis) for axis in (0, 1, 2)] + ["AXIS=1 LIGHTING=0 " + d for d in (
     "VOIDS SHADE HEADLIGHTS", "NEAREST SHADE DEPTH", "PLAIN SHADE HEADLIGHTS", "PLAIN VOIDS", "PRE VOIDS SHADE", "PRE LINEAR_CORRECTION", "LINEAR_CORRECTION DISPLACED",
-    "ALPHA_TEST PLAIN DEPTH", "ALPHA_TEST VOIDS HEADLIGHTS", "DEPTH")]
+    "ALPHA_TEST PLAIN DEPTH", "ALPHA_TEST VOIDS HEADLIGHTS", "ONE_ISOVALUE", "DEPTH")]
 own.update({n: slices for n in roots if n.startswith("slices2d_")})
 for name, defines in itertools.chain(((n, d) for n in roots for d in common if n != "classify.glsl" and not n.startswith("slices2d_")), ((n, d) for n, ds in own.items() for d in ds)):
     if not glslang:

@@ -171,7 +171,7 @@ bool pel_gpu_tables_send(struct pel_device *device, const struct pel_classificat
 static void write_defines(char *to, size_t size, unsigned has, enum pel_mode mode)
 {
     static const char *const words[] = { "VOIDS",         "NEAREST", "SHADE",   "HEADLIGHTS", "PRE",  "MINIMUM", "BRICKS",
-                                         "PREINTEGRATED", "BAND",    "EARLY_OUT", "SHOW",     "GREATER" };
+                                         "PREINTEGRATED", "BAND",    "EARLY_OUT", "SHOW",     "GREATER", "ONE_ISOVALUE" };
     int length = snprintf(to, size, "#define MODE_MIP %d\n#define MODE_MINIP %d\n#define MODE_ISOSURFACE %d\n#define MODE %d\n",
                           PEL_MODE_MIP, PEL_MODE_MINIP, PEL_MODE_ISOSURFACE, mode);
     for (unsigned i = 0; i < sizeof words / sizeof *words; i++)

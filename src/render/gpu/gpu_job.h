@@ -60,6 +60,7 @@ enum pel_gpu_has {
     PEL_HAS_EARLY_OUT = 512,
     PEL_HAS_SHOW = 1024,
     PEL_HAS_GREATER = 2048,
+    PEL_HAS_ONE_ISOVALUE = 4096,
 };
 
 /* The program of a shader file for these; 0 on failure. */

@@ -174,6 +174,7 @@ static GLuint casting_program(struct pel_peel *p, struct pel_error *error)
     } words[] = {
         { "VOIDS", p->format.voids },
         { "HEADLIGHTS", p->job.headlight_only },
+        { "ONE_ISOVALUE", p->job.iso_count == 1 },
         { "STEPPING", p->job.roots == PEL_ROOTS_STEPS },
         { "BINARY_SEARCH", p->options.bisect },
         { "EXTERIOR", !p->options.interior },

@@ -82,8 +82,11 @@ static GLuint drawing_program(struct pel_gpu_raycaster *rc, struct pel_error *er
         else if (!job->nearest && job->classification == PEL_CLASSIFICATION_PRE)
             has |= PEL_HAS_PRE;
     }
-    if (job->mode == PEL_MODE_ISOSURFACE && job->roots == PEL_ROOTS_CUBIC)
-        file = "isosurface_cells.glsl";
+    if (job->mode == PEL_MODE_ISOSURFACE) {
+        has |= job->iso_count == 1 ? PEL_HAS_ONE_ISOVALUE : 0;
+        if (job->roots == PEL_ROOTS_CUBIC)
+            file = "isosurface_cells.glsl";
+    }
     return pel_gpu_program(rc->device, &rc->programs, file, has, job->mode, error);
 }
 

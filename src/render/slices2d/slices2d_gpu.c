@@ -216,6 +216,7 @@ static GLuint program(const struct drawing *d, const struct pel_slices2d_part *p
         { "NEAREST", job->nearest },
         { "SHADE", composite && job->shade },
         { "HEADLIGHTS", job->headlight_only && mode != PEL_MODE_SLICE },
+        { "ONE_ISOVALUE", mode == PEL_MODE_ISOSURFACE && job->iso_count == 1 },
         { "PRE", composite && !job->nearest && job->classification == PEL_CLASSIFICATION_PRE },
         { "LINEAR_CORRECTION", composite && d->options->correction == PEL_CORRECTION_LINEAR },
         { "DISPLACED", composite && d->options->coordinates == PEL_COORDINATES_SHARED },

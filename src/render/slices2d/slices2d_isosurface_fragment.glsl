@@ -37,7 +37,7 @@ void main()
         vec3 place = inside(slice_place(s, float(m)));
         float value = on_slice(place);
         int found = -1;
-        for (int i = 0; i < job.counts.y; i++) // false for a void
+        for (int i = 0; i < ISOVALUES; i++) // false for a void
             found = value >= job.iso[i].x ? i : found;
         if (found >= 0) {
             surface(r, found, place, float(m), 1.0);
@@ -63,7 +63,7 @@ float find_root(const SliceRay s, float iso, float a, float f, float b, float g)
 
 bool crossed(vec2 ends)
 {
-    for (int i = 0; i < job.counts.y; i++)
+    for (int i = 0; i < ISOVALUES; i++)
         if ((ends.x < job.iso[i].x) != (ends.y < job.iso[i].x))
             return true;
     return false;
@@ -91,8 +91,8 @@ void main()
             ends = vec2(ends.y, linear(inside(slice_place(s, b))));
             found = !isnan(ends.x) && !isnan(ends.y) && crossed(ends);
         }
-        for (int j = 0; found && j < job.counts.y; j++) { // in the order of the ray
-            int i = ends.y > ends.x ? j : job.counts.y - 1 - j;
+        for (int j = 0; found && j < ISOVALUES; j++) { // in the order of the ray
+            int i = ends.y > ends.x ? j : ISOVALUES - 1 - j;
             float iso = job.iso[i].x;
             if ((ends.x < iso) == (ends.y < iso))
                 continue;
