@@ -213,6 +213,8 @@ with h.Folder() as folder:
         refusals(viewer, base)
         cut_off(viewer, base)
         too_many(viewer)
+        client = Socket(viewer) # the other one, which said nothing meanwhile, may have been shown out
+        client.hello()
         number = client.command("rotate", by=[0.1, 0])
         h.check(client.frame(number, lossless=True)["picture"][:4] == b"\x89PNG", "the page goes on")
         half = socket.create_connection((viewer.host, viewer.port))
