@@ -140,6 +140,11 @@ def foreign(viewer, client, folder):
         mine = send(viewer, "mine.raw", NUMBERS)[1]
         first = send(viewer, name, (text % mine["path"]).encode(), mine["folder"])[1]
         h.check(opened(client, first["path"]).get("range") == [0, 23], "what was sent with %s is opened by its whole path, too" % name)
+    linked = os.path.join(folder / "inside", "linked.hdr")
+    h.write(linked, analyze())
+    os.symlink(secret, os.path.join(folder / "inside", "linked.img"))
+    event = opened(client, linked)
+    h.check(event["event"] == "error" and "may be opened" in event["message"], "nor does the data of a pair that is a link to elsewhere open", event)
 
 
 def refusals(viewer, base):
