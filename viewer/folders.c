@@ -48,6 +48,21 @@ bool session_may_open(struct session *s, const char *path)
     return fine;
 }
 
+bool session_may_read(struct session *s, const char *header, const char *path)
+{
+    char *real = realpath(path, NULL), *from = realpath(header, NULL);
+    const char *upload = NULL;
+    pthread_mutex_lock(&s->lock);
+    for (char **at = s->paths ? s->paths + s->named : NULL; from && at && *at; at++)
+        if (is_below(from, *at))
+            upload = *at;
+    bool fine = real && (upload ? is_below(real, upload) : is_allowed(s, real));
+    pthread_mutex_unlock(&s->lock);
+    free(from);
+    free(real);
+    return fine;
+}
+
 bool session_allow(struct session *s, const char *path, struct pel_error *error)
 {
     char *real = realpath(path, NULL);
@@ -74,9 +89,9 @@ bool session_forget(struct session *s, const char *path)
 {
     char *real = realpath(path, NULL);
     pthread_mutex_lock(&s->lock);
-    bool open = real && s->volume && strcmp(s->scene.source.path, real) == 0;
-    char **kept = s->paths;
-    for (char **at = s->paths; at && *at && !open; at++)
+    bool open = real && s->volume && is_below(s->scene.source.path, real);
+    char **kept = s->paths ? s->paths + s->named : NULL;
+    for (char **at = kept; at && *at && !open; at++)
         if (real && strcmp(*at, real) == 0)
             free(*at);
         else
@@ -220,16 +235,43 @@ struct listing {
     char path[PEL_OPTION_TEXT_SIZE]; /* "": what was named */
 };
 
+/* A folder of slices is told as one, what else was uploaded by its files: the name of their folder says nothing. */
+static void list_upload(const char *path, json_t *list)
+{
+    char **names, title[300] = "";
+    if (!holds_slices(path)) {
+        list_folder(path, list, NULL);
+        return;
+    }
+    int count = read_names(path, &names);
+    if (count > 0)
+        snprintf(title, sizeof title, "%s and %d more", names[0], count - 1);
+    for (int i = 0; i < count; i++)
+        free(names[i]);
+    if (count >= 0)
+        free(names);
+    if (title[0])
+        add(list, entry_json(path, title, true));
+}
+
 /* What was named, and uploads. */
 static json_t *list_named(struct session *s)
 {
     json_t *names = json_array(), *list = json_array(), *name;
     size_t i;
     pthread_mutex_lock(&s->lock);
+    size_t named = (size_t)s->named;
     for (char **path = s->paths; path && *path; path++)
         add(names, json_string(*path));
     pthread_mutex_unlock(&s->lock);
-    json_array_foreach(names, i, name) add(list, entry_json(json_string_value(name), last_part(json_string_value(name)), true));
+    json_array_foreach(names, i, name)
+    {
+        const char *path = json_string_value(name);
+        if (i < named)
+            add(list, entry_json(path, last_part(path), true));
+        else
+            list_upload(path, list);
+    }
     json_decref(names);
     return json_pack("{s:s, s:n, s:n, s:b, s:o}", "event", "files", "path", "parent", "series", 0, "entries", list);
 }

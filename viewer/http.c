@@ -214,7 +214,7 @@ int http_event(struct server *server, struct lws *wsi, enum lws_callback_reasons
     case LWS_CALLBACK_HTTP_BODY:
         return upload_body(wsi, exchange, in, length);
     case LWS_CALLBACK_HTTP_BODY_COMPLETION:
-        return upload_end(server, wsi, exchange);
+        return upload_end(wsi, exchange);
     case LWS_CALLBACK_HTTP_WRITEABLE:
         return write_more(wsi, exchange);
     case LWS_CALLBACK_CLOSED_HTTP:

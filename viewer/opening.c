@@ -55,17 +55,24 @@ static bool has_ending(const char *path, const char *ending)
     return length > tail && strcmp(path + length - tail, ending) == 0;
 }
 
-static bool may_open(void *user, const char *path)
+struct reading {
+    struct session *session;
+    const char *header;
+};
+
+static bool may_read(void *user, const char *path)
 {
-    return session_may_open(user, path);
+    const struct reading *reading = user;
+    return session_may_read(reading->session, reading->header, path);
 }
 
 static bool read_samples(const struct session_opening *o, struct session_opened *out, const struct pel_progress *progress,
                          struct pel_error *error)
 {
     const struct pel_source *source = &out->scene.source;
+    struct reading reading = { o->session, source->path };
     struct pel_read_params params = { source->array[0] ? source->array : NULL, source->raw[0] ? source->raw : NULL, *progress,
-                                      o->scene ? NULL : may_open, o->session }; /* what a snapshot names was open before */
+                                      o->scene ? NULL : may_read, &reading }; /* what a snapshot names was open before */
     struct pel_volume magnitude;
     if (!pel_read_volume(source->path, &params, &out->volume, &out->info, error))
         return false;

@@ -9,7 +9,7 @@
 struct server_params {
     const char *listen;   /* address: "127.0.0.1"; "0.0.0.0" for all */
     int port;             /* 0: a free one */
-    uint64_t most_upload; /* bytes of an uploaded file */
+    uint64_t most_upload; /* bytes of the files that are uploaded together */
 };
 
 struct server;

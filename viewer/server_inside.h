@@ -16,6 +16,7 @@ enum {
     MOST_EVENT_BYTES = 16 << 20,
     UPLOADS_KEPT = 8,
     MOST_UPLOADING = 4,
+    MOST_UPLOAD_FILES = 4096,
 };
 
 /* A frame that several clients may wait for. Under the server's lock. */
@@ -65,6 +66,13 @@ struct exchange {
     struct upload *upload;
 };
 
+/* Of files that were sent together. */
+struct upload_folder {
+    unsigned number;    /* its name */
+    int files, writing; /* in it, and of these under way */
+    uint64_t bytes;     /* of all of them, once they are there */
+};
+
 struct server {
     struct server_params params;
     struct lws_context *context;
@@ -81,10 +89,10 @@ struct server {
     struct socket *sockets;
     uint64_t orders[VIEWS];
 
-    char *folder;             /* of uploads, made with the first; NULL before */
-    unsigned uploads;         /* begun so far */
-    int uploading;            /* under way now */
-    char *kept[UPLOADS_KEPT]; /* paths of finished ones, the oldest first; owned */
+    char *folder;                            /* of uploads, made with the first; NULL before */
+    unsigned uploads;                        /* folders in it so far */
+    int uploading;                           /* files under way now */
+    struct upload_folder kept[UPLOADS_KEPT]; /* the oldest first */
     int kept_count;
 };
 
@@ -115,7 +123,7 @@ int http_refuse(struct lws *wsi, unsigned status);
 
 int upload_begin(struct server *server, struct lws *wsi, struct exchange *exchange);
 int upload_body(struct lws *wsi, struct exchange *exchange, const char *bytes, size_t size);
-int upload_end(struct server *server, struct lws *wsi, struct exchange *exchange);
+int upload_end(struct lws *wsi, struct exchange *exchange);
 void upload_drop(struct exchange *exchange); /* accepts one without an upload */
 /* Removes the files that were uploaded. */
 void uploads_finish(struct server *server);

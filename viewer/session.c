@@ -33,8 +33,8 @@ bool session_fail(struct pel_error *error, enum pel_error_code code, const char 
 
 static bool allow_all(struct session *s, const char *const *paths, struct pel_error *error)
 {
-    for (int i = 0; paths && paths[i]; i++)
-        if (!session_allow(s, paths[i], error))
+    for (; paths && paths[s->named]; s->named++)
+        if (!session_allow(s, paths[s->named], error))
             return false;
     return true;
 }

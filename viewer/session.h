@@ -102,10 +102,12 @@ bool session_is_text(const char *text);
 
 /* Is this path one that the session may open? Links are followed before they are judged. */
 bool session_may_open(struct session *session, const char *path);
-/* From now on, too: an upload. */
+/* Is this path one that the file at `header` may name as its data? An uploaded one names what was uploaded with it, nothing else. */
+bool session_may_read(struct session *session, const char *header, const char *path);
+/* From now on, too: an upload, as a folder. */
 bool session_allow(struct session *session, const char *path, struct pel_error *error);
 
-/* No longer: it is to be removed. False: it is what is open now. */
+/* An uploaded folder no longer: it is to be removed. False: what is open now is in it. */
 bool session_forget(struct session *session, const char *path);
 
 /* A file that a `download` event offered: a descriptor of its own for the caller to close, -1 where there is none of that number. `name`

@@ -68,6 +68,7 @@ struct session {
     int listings;                   /* of these, that list a folder */
     double started_ms;
     char **paths; /* real paths that may be opened; NULL at the end */
+    int named;    /* so many of them were named at the start; the others are uploads */
 
     struct pel_scene scene; /* scene.volume is NULL before the first file is read */
     struct session_volume *volume;

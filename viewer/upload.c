@@ -1,6 +1,8 @@
 /* SPDX-License-Identifier: MIT */
-/* Volumes sent by a page: each into a folder of its own below a temporary one, under the name that it was given, for endings tell formats.
+/* Files sent by a page: those of one drop into a folder of their own below a temporary one, under the names that they were given, for
+ * endings tell formats and headers name their data. Nothing else is put there, and nothing is written twice.
  */
+#include <dirent.h>
 #include <errno.h>
 #include <fcntl.h>
 #include <stdlib.h>
@@ -13,8 +15,9 @@
 
 struct upload {
     struct server *server;
-    int fd; /* -1: there is no file, or it is finished */
-    uint64_t left;
+    unsigned folder; /* its number */
+    int fd;          /* -1: there is no file, or it is finished */
+    uint64_t size, left;
     char path[4096];
 };
 
@@ -32,7 +35,24 @@ static bool clean_name(char *name)
     return name[0] && name[0] != '.' && strlen(name) < 128 && session_is_text(name);
 }
 
-static bool make_folder(struct server *server)
+/* ---- folders ---- */
+
+enum { FOLDER_PATH = 3200 };
+
+static void folder_path(const struct server *server, unsigned number, char path[FOLDER_PATH])
+{
+    snprintf(path, FOLDER_PATH, "%s/%u", server->folder, number);
+}
+
+static struct upload_folder *find_folder(struct server *server, unsigned number)
+{
+    for (int i = 0; i < server->kept_count; i++)
+        if (server->kept[i].number == number)
+            return &server->kept[i];
+    return NULL;
+}
+
+static bool make_temporary(struct server *server)
 {
     char path[3072];
     if (server->folder)
@@ -43,53 +63,82 @@ static bool make_folder(struct server *server)
     return server->folder;
 }
 
-/* The file and its folder. */
-static void remove_upload(const char *path)
+/* With the files in it. */
+static void remove_folder(struct server *server, struct upload_folder *folder)
 {
-    char folder[4096];
-    snprintf(folder, sizeof folder, "%s", path);
-    *strrchr(folder, '/') = 0;
-    unlink(path);
-    rmdir(folder);
+    char path[FOLDER_PATH];
+    const struct dirent *entry;
+    folder_path(server, folder->number, path);
+    DIR *listing = opendir(path);
+    while (listing && (entry = readdir(listing)))
+        unlinkat(dirfd(listing), entry->d_name, 0); /* not "." and "..", which it refuses */
+    if (listing)
+        closedir(listing);
+    rmdir(path);
+    server->kept_count--;
+    memmove(folder, folder + 1, (size_t)(server->kept + server->kept_count - folder) * sizeof *folder);
 }
 
-/* Keeps a finished one; the oldest make room, but for what is open, which undo and a reload of the page may read again. */
-static bool keep(struct server *server, const char *path)
+/* The oldest makes room, but for those that files are being sent to, and what is open, which undo and a reload of the page may read again.
+ */
+static bool make_room(struct server *server)
 {
-    char *copy = strdup(path);
-    int i = 0;
-    while (server->kept_count == UPLOADS_KEPT && i < UPLOADS_KEPT && !session_forget(server->session, server->kept[i]))
-        i++;
-    if (!copy || i == UPLOADS_KEPT) {
-        free(copy);
-        return false;
+    char path[FOLDER_PATH];
+    for (int i = 0; server->kept_count == UPLOADS_KEPT && i < UPLOADS_KEPT; i++) {
+        folder_path(server, server->kept[i].number, path);
+        if (server->kept[i].writing == 0 && session_forget(server->session, path))
+            remove_folder(server, &server->kept[i]);
     }
-    if (server->kept_count == UPLOADS_KEPT) {
-        remove_upload(server->kept[i]);
-        free(server->kept[i]);
-        memmove(server->kept + i, server->kept + i + 1, (size_t)(--server->kept_count - i) * sizeof *server->kept);
+    return server->kept_count < UPLOADS_KEPT;
+}
+
+static struct upload_folder *new_folder(struct server *server)
+{
+    char path[FOLDER_PATH];
+    if (!make_temporary(server) || !make_room(server))
+        return NULL;
+    folder_path(server, ++server->uploads, path);
+    if (mkdir(path, 0700) != 0)
+        return NULL;
+    if (!session_allow(server->session, path, NULL)) {
+        rmdir(path);
+        return NULL;
     }
-    server->kept[server->kept_count++] = copy;
-    return true;
+    struct upload_folder *folder = &server->kept[server->kept_count++];
+    *folder = (struct upload_folder) { .number = server->uploads };
+    return folder;
+}
+
+/* Where nothing came of its first file. */
+static void drop_if_empty(struct server *server, struct upload_folder *folder)
+{
+    char path[FOLDER_PATH];
+    if (folder->files > 0)
+        return;
+    folder_path(server, folder->number, path);
+    if (server->session) /* else both are ending */
+        session_forget(server->session, path);
+    remove_folder(server, folder);
 }
 
 void uploads_finish(struct server *server)
 {
-    while (server->kept_count > 0) {
-        remove_upload(server->kept[--server->kept_count]);
-        free(server->kept[server->kept_count]);
-    }
+    while (server->kept_count > 0)
+        remove_folder(server, &server->kept[server->kept_count - 1]);
     if (server->folder)
         rmdir(server->folder);
     free(server->folder);
     server->folder = NULL;
 }
 
+/* ---- files ---- */
+
 static void end_writing(struct upload *upload)
 {
     close(upload->fd);
     upload->fd = -1;
     upload->server->uploading--;
+    find_folder(upload->server, upload->folder)->writing--;
 }
 
 void upload_drop(struct exchange *exchange)
@@ -98,8 +147,12 @@ void upload_drop(struct exchange *exchange)
     if (!upload)
         return;
     if (upload->fd >= 0) { /* not finished */
+        struct upload_folder *folder = find_folder(upload->server, upload->folder);
         end_writing(upload);
-        remove_upload(upload->path);
+        unlink(upload->path);
+        folder->files--;
+        folder->bytes -= upload->size;
+        drop_if_empty(upload->server, folder);
     }
     free(upload);
     exchange->upload = NULL;
@@ -114,56 +167,112 @@ static int refuse(struct lws *wsi, struct exchange *exchange, unsigned status, c
     return http_answer(wsi, exchange, status, "application/json", text);
 }
 
-static bool open_file(struct server *server, struct upload *upload, const char *name)
+/* What the address says behind "key=", or NULL. */
+static const char *argument(struct lws *wsi, const char *key, char *text, size_t size)
 {
-    char folder[3200];
-    if (!make_folder(server))
-        return false;
-    snprintf(folder, sizeof folder, "%s/%u", server->folder, ++server->uploads);
-    snprintf(upload->path, sizeof upload->path, "%s/%.127s", folder, name);
-    if (mkdir(folder, 0700) != 0)
-        return false;
+    const char *value = lws_get_urlarg_by_name(wsi, key, text, (int)size - 1);
+    return value && strncmp(value, key, strlen(key)) == 0 ? value + strlen(key) : value; /* as some versions give it */
+}
+
+/* Its size is known before anything is written, and counts from now on. */
+static unsigned check_size(const struct server *server, struct lws *wsi, struct upload *upload, const struct upload_folder *folder,
+                           char why[200])
+{
+    char length[32], *end;
+    uint64_t most = server->params.most_upload;
+    if (lws_hdr_copy(wsi, length, sizeof length, WSI_TOKEN_HTTP_CONTENT_LENGTH) <= 0) {
+        strcpy(why, "the length of the file is missing");
+        return 411;
+    }
+    errno = 0;
+    upload->size = upload->left = strtoull(length, &end, 10);
+    if (errno || *end || upload->size > most - (folder ? folder->bytes : 0)) {
+        snprintf(why, 200, "%s larger than %.0f MB; start pellucid view with a larger --max-upload, or open %s from a folder",
+                 folder ? "the files sent together are" : "the file is", (double)most / 1e6, folder ? "them" : "it");
+        return 413;
+    }
+    if (folder && folder->files == MOST_UPLOAD_FILES) {
+        snprintf(why, 200, "no more than %d files are taken at once; open them from a folder", MOST_UPLOAD_FILES);
+        return 413;
+    }
+    return 0;
+}
+
+/* The folder that the page asks for: `*folder` is NULL where it asks for a new one. */
+static bool asked_folder(struct server *server, struct lws *wsi, struct upload_folder **folder)
+{
+    char number[1024], *end = number;
+    const char *value = argument(wsi, "folder=", number, sizeof number);
+    *folder = NULL;
+    if (!value)
+        return true;
+    unsigned long k = value[0] >= '0' && value[0] <= '9' ? strtoul(value, &end, 10) : 0;
+    if (k > 0 && k <= server->uploads && !*end)
+        *folder = find_folder(server, (unsigned)k);
+    return *folder;
+}
+
+static unsigned open_file(struct server *server, struct upload *upload, struct upload_folder *folder, const char *name, char why[200])
+{
+    char path[FOLDER_PATH];
+    strcpy(why, "no temporary file can be made; set TMPDIR to another folder");
+    if (!folder && !(folder = new_folder(server)))
+        return HTTP_STATUS_INTERNAL_SERVER_ERROR;
+    folder_path(server, folder->number, path);
+    snprintf(upload->path, sizeof upload->path, "%s/%.127s", path, name);
+    upload->folder = folder->number;
     upload->fd = open(upload->path, O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0600);
-    if (upload->fd < 0)
-        rmdir(folder);
-    else
-        server->uploading++;
-    return upload->fd >= 0;
+    if (upload->fd < 0 && errno == EEXIST) {
+        strcpy(why, "a file of this name was sent already; send files of different names");
+        return HTTP_STATUS_CONFLICT;
+    }
+    if (upload->fd < 0) {
+        drop_if_empty(server, folder);
+        return HTTP_STATUS_INTERNAL_SERVER_ERROR;
+    }
+    server->uploading++;
+    folder->writing++;
+    folder->files++;
+    folder->bytes += upload->size;
+    return 0;
+}
+
+/* 0, or the status of a refusal. */
+static unsigned prepare(struct server *server, struct lws *wsi, struct upload *upload, char why[200])
+{
+    char text[1024], name[1024];
+    struct upload_folder *folder;
+    if (server->uploading >= MOST_UPLOADING) {
+        strcpy(why, "other files are being sent already; send this one when they are done");
+        return HTTP_STATUS_SERVICE_UNAVAILABLE;
+    }
+    if (!asked_folder(server, wsi, &folder)) {
+        strcpy(why, "the files that it belongs to are no longer kept; send all of them again");
+        return HTTP_STATUS_NOT_FOUND;
+    }
+    unsigned status = check_size(server, wsi, upload, folder, why);
+    if (status)
+        return status;
+    const char *value = argument(wsi, "name=", text, sizeof text);
+    snprintf(name, sizeof name, "%s", value ? value : "");
+    if (!clean_name(name)) {
+        strcpy(why, "the file's name is missing, or no name of a file");
+        return HTTP_STATUS_BAD_REQUEST;
+    }
+    return open_file(server, upload, folder, name, why);
 }
 
 int upload_begin(struct server *server, struct lws *wsi, struct exchange *exchange)
 {
-    char name[1024], length[32], *end;
+    char why[200];
     struct upload *upload = calloc(1, sizeof *upload);
     if (!upload)
         return http_refuse(wsi, HTTP_STATUS_INTERNAL_SERVER_ERROR);
     upload->server = server;
     upload->fd = -1;
     exchange->upload = upload;
-    if (server->uploading >= MOST_UPLOADING)
-        return refuse(wsi, exchange, HTTP_STATUS_SERVICE_UNAVAILABLE,
-                      "other files are being sent already; send this one when they are done");
-    if (lws_hdr_copy(wsi, length, sizeof length, WSI_TOKEN_HTTP_CONTENT_LENGTH) <= 0)
-        return refuse(wsi, exchange, 411, "the length of the file is missing");
-    errno = 0;
-    upload->left = strtoull(length, &end, 10);
-    if (errno || *end || upload->left > server->params.most_upload) {
-        char why[160];
-        snprintf(why, sizeof why,
-                 "the file is larger than %.0f MB; start pellucid view with a larger --max-upload, or open it from a folder",
-                 (double)server->params.most_upload / 1e6);
-        return refuse(wsi, exchange, 413, why);
-    }
-    const char *value = lws_get_urlarg_by_name(wsi, "name=", name, sizeof name - 1);
-    if (value && strncmp(value, "name=", 5) == 0) /* as some versions give it */
-        value += 5;
-    if (value)
-        memmove(name, value, strlen(value) + 1);
-    if (!value || !clean_name(name))
-        return refuse(wsi, exchange, HTTP_STATUS_BAD_REQUEST, "the file's name is missing, or no name of a file");
-    if (!open_file(server, upload, name))
-        return refuse(wsi, exchange, HTTP_STATUS_INTERNAL_SERVER_ERROR, "no temporary file can be made; set TMPDIR to another folder");
-    return 0;
+    unsigned status = prepare(server, wsi, upload, why);
+    return status ? refuse(wsi, exchange, status, why) : 0;
 }
 
 int upload_body(struct lws *wsi, struct exchange *exchange, const char *bytes, size_t size)
@@ -179,23 +288,15 @@ int upload_body(struct lws *wsi, struct exchange *exchange, const char *bytes, s
     return 0;
 }
 
-int upload_end(struct server *server, struct lws *wsi, struct exchange *exchange)
+int upload_end(struct lws *wsi, struct exchange *exchange)
 {
     struct upload *upload = exchange->upload;
-    struct pel_error error = PEL_ERROR_INIT;
     if (!upload)
         return 0;
     if (upload->left > 0)
         return refuse(wsi, exchange, HTTP_STATUS_BAD_REQUEST, "the file ended too soon");
     end_writing(upload);
-    if (!session_allow(server->session, upload->path, &error) || !keep(server, upload->path)) {
-        session_forget(server->session, upload->path);
-        remove_upload(upload->path);
-        if (!error.code)
-            strcpy(error.message, "no memory to keep another file");
-        return refuse(wsi, exchange, HTTP_STATUS_INTERNAL_SERVER_ERROR, error.message);
-    }
-    json_t *json = json_pack("{s:s}", "path", upload->path);
+    json_t *json = json_pack("{s:s, s:I}", "path", upload->path, "folder", (json_int_t)upload->folder);
     char *text = json ? json_dumps(json, JSON_COMPACT) : NULL;
     json_decref(json);
     upload_drop(exchange);

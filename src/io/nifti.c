@@ -200,8 +200,9 @@ static void place(const nifti_image *nim, struct pel_volume *volume, struct pel_
     pel_copy_text(volume->name, sizeof volume->name, nim->intent_name[0] ? nim->intent_name : nim->descrip);
 }
 
-/* The other file of a pair: the name with its ending replaced, gzip'd or not, whichever is there. Owned by the caller. */
-static char *other_file(const char *path, const char *ending, struct pel_error *error)
+/* The other file of a pair: the name with its ending replaced, gzip'd or not, whichever is there. Owned by the caller. It may be a link to
+ * what may not be opened. */
+static char *other_file(const char *path, const char *ending, const struct pel_read_params *params, struct pel_error *error)
 {
     size_t stem = strlen(path), size = stem + 16;
     if (pel_path_has_ending(path, ".gz"))
@@ -215,8 +216,13 @@ static char *other_file(const char *path, const char *ending, struct pel_error *
     for (int i = 0; i < 2; i++) {
         struct stat st;
         snprintf(name, size, "%.*s%s%s", (int)stem, path, ending, gz[i]);
-        if (stat(name, &st) == 0)
+        if (stat(name, &st) != 0)
+            continue;
+        if (!params->may_open || params->may_open(params->may_open_user, name))
             return name;
+        pel_fail(error, PEL_ERROR_ARGUMENT, "its other file, %.300s, is not among the files that may be opened", name);
+        free(name);
+        return NULL;
     }
     pel_fail(error, PEL_ERROR_IO, "its other file, %.*s%s, is missing", (int)stem, path, ending);
     free(name);
@@ -260,13 +266,13 @@ static bool read_nifti(const char *path, const struct pel_read_params *params, s
     struct parsed parsed = { 0 };
     struct pel_layout layout;
     bool image_named = pel_path_has_ending(path, ".img .img.gz");
-    char *header_path = image_named ? other_file(path, ".hdr", error) : pel_strdup(path, error), *image_path = NULL;
+    char *header_path = image_named ? other_file(path, ".hdr", params, error) : pel_strdup(path, error), *image_path = NULL;
     struct pel_stream *header = header_path ? pel_stream_open(header_path, PEL_STREAM_AUTO, &params->progress, error) : NULL, *image = NULL;
     bool ok = header && read_header(header, &parsed, error) && lay_out(&parsed, &layout, info, error);
     if (ok) {
         place(parsed.nim, volume, info);
         if (parsed.two_files) {
-            image_path = other_file(path, ".img", error);
+            image_path = other_file(path, ".img", params, error);
             image = image_path ? pel_stream_open(image_path, PEL_STREAM_AUTO, &params->progress, error) : NULL;
         }
         ok = (!parsed.two_files || image) &&

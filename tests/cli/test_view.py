@@ -374,52 +374,6 @@ def listening(volume):
         h.check(viewer.get(headers={"Host": "127.0.0.1:%d" % viewer.port})[0] == 403, "by its own name")
 
 
-def uploads(viewer, client, volume):
-    data = h.read(volume)
-    where = "/%s/upload?name=" % viewer.token
-    status, _, body = viewer.request("POST", where + "another%20one.nrrd", body=data)
-    h.check(status == 200, "an upload", (status, body))
-    path = json.loads(body)["path"]
-    h.check(os.path.basename(path) == "another one.nrrd", "keeps its name", path)
-    h.check(opened(client, path).get("path") == path, "and is opened")
-    for name in ("", "..", ".hidden", "a%22b", "%0a", "%ff.nrrd"):
-        h.check(viewer.request("POST", where + name, body=b"x")[0] in (400, 403), "no file is called %r" % name)
-    status, _, body = viewer.request("POST", where + "..%2f..%2fx.nrrd", body=data)
-    h.check(status == 200 and os.path.dirname(json.loads(body)["path"]).startswith(os.path.dirname(os.path.dirname(path))), "nor goes elsewhere", body)
-    status, _, body = viewer.request("POST", where + "large.nrrd", body=b"x" * 2000001)
-    h.check(status == 413 and "--max-upload" in json.loads(body)["error"], "what is too large is refused", (status, body))
-    many_uploads(viewer, client, data, path)
-    return os.path.dirname(os.path.dirname(path))
-
-
-def many_uploads(viewer, client, data, first):
-    """The oldest go, but for what is open; and few come at once."""
-    where = "/%s/upload?name=" % viewer.token
-    paths = [json.loads(viewer.request("POST", where + "%d.nrrd" % i, body=data)[2])["path"] for i in range(20)]
-    kept = [path for path in paths if os.path.exists(path)]
-    h.check(0 < len(kept) < 10 and kept == paths[-len(kept):], "not every upload is kept", kept)
-    h.check(os.path.exists(first), "what is open is")
-    h.check(opened(client, paths[-1]).get("path") == paths[-1], "the last can be opened")
-    client.command("open", path=paths[0])
-    h.check("opened" in client.event("error")["message"], "the first no more")
-    client.answer(client.command("list"), "files")
-    h.check(paths[0] not in str(client.events[-1]) and paths[-1] in str(client.events[-1]), "nor is it listed", client.events[-1])
-    busy = [socket.create_connection((viewer.host, viewer.port)) for _ in range(6)]
-    for plain in busy:
-        plain.sendall(b"POST /%s/upload?name=a.nrrd HTTP/1.1\r\nHost: %s\r\nContent-Length: 100000\r\n\r\nabc" % (viewer.token.encode(), viewer.authority.encode()))
-    time.sleep(0.5)
-    status, _, body = viewer.request("POST", where + "b.nrrd", body=data)
-    h.check(status == 503 and "already" in json.loads(body)["error"], "a file beside many others waits", (status, body))
-    for plain in busy:
-        plain.close()
-    for _ in range(100):
-        status, _, body = viewer.request("POST", where + "b.nrrd", body=data)
-        if status == 200:
-            break
-        time.sleep(0.1)
-    h.check(status == 200, "until these are done", (status, body))
-
-
 def browser(volume, folder):
     """The browser is led by a file, for anybody on the machine can read a command line."""
     tools = folder / "tools"
@@ -469,7 +423,7 @@ with h.Folder() as folder:
     volume = folder / "small.nrrd"
     h.fine("a volume to view", "make", "marschner-lobb", "--size", "24", "-o", volume)
     record = folder / "session.jsonl"
-    with Viewer(h.TOOL, volume, folder / "inside", "--max-upload", "2", "--record", record) as viewer:
+    with Viewer(h.TOOL, volume, folder / "inside", "--record", record) as viewer:
         silent = socket.create_connection((viewer.host, viewer.port))
         page(viewer)
         refusals(viewer)
@@ -482,14 +436,11 @@ with h.Folder() as folder:
         killed_processes(viewer, b)
         paths(viewer, b, folder)
         series(b, os.path.join(folder.path, "inside"))
-        kept = uploads(viewer, b, volume)
-        h.check(os.path.isdir(kept), "uploads are in a folder of their own")
         still_fine(viewer, b, "at the end, too")
         silent.settimeout(60)
         h.check(silent.recv(1) == b"", "who says nothing is shown out")
         h.check(viewer.stop(signal.SIGINT) == 0, "Ctrl-C ends it", viewer.error)
         h.check(viewer.error == "", "without a word", viewer.error)
-        h.check(not os.path.exists(kept), "and removes the uploads")
 
     with Viewer(h.TOOL, folder.path) as viewer:
         client = Socket(viewer)

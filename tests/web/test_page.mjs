@@ -346,6 +346,9 @@ test('the camera of a frame projects and unprojects', async () => {
             g.directionName('RAS', [-1, 0, 0]) === 'L' &&
             g.directionName('unknown', [1, 0, 0]) === '+x') ||
             out.push('letters');
+        const planes = [['LPS', [0, 0, -3]], ['RAS', [0.2, 0.9, 0.1]], ['LPS', [2, 1.9, 0]], ['LPS', [1, -1, 0]], ['RAS', [1, 1, 1]], ['unknown', [0, 0, 1]]];
+        const names = planes.map(([space, direction]) => g.planeName(space, direction)).join();
+        if (names !== 'Axial,Coronal,Sagittal,,,') out.push(`planes: ${names}`);
         return out;
     });
     equal(wrong.join('\n'), '', 'geometry');

@@ -172,7 +172,7 @@ test('what is dropped is taken, or refused in words', async () => {
     await drop('noise.nrrd', 'NRRD0004\ntype: what\n');
     await told('noise.nrrd');
     await drop('pair.mhd', 'ObjectType = Image\nElementDataFile = pair.raw\n');
-    await told('another file, pair.raw');
+    await told('pair.mhd needs its data file pair.raw; drop both together.');
     const words = await page.locator('.message').allTextContents();
     equal(words.filter((text) => text.includes(os.tmpdir())).join('\n'), '', 'messages that name the server’s folders');
 });

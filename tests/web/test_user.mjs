@@ -209,6 +209,51 @@ test('a scene that is imported as a colour map is called a scene', async () => {
     await page.waitForSelector('.message.error:has-text("view.json is a scene, not a colour map")', { timeout: 10000 });
 });
 
+test('slices are called as in anatomy where the axes are known, and in short where there is little room', async () => {
+    await open('slices');
+    await page.click('#panel-slices [aria-label="Show three slices"]');
+    const labels = (texts) =>
+        page.waitForFunction((wanted) => [...document.querySelectorAll('.slice-label')].map((e) => e.textContent).join() === wanted, texts, {
+            timeout: 60000,
+        });
+    await page.setViewportSize({ width: 1300, height: 640 });
+    await labels('Sagittal 8 / 15,Coronal 8 / 15,Axial 8 / 15');
+    await page.waitForSelector('.slice[aria-label^="Axial slice (k)"]');
+    await page.setViewportSize({ width: 900, height: 640 });
+    await labels('Sagittal 8,Coronal 8,Axial 8');
+    await page.setViewportSize({ width: 1000, height: 640 });
+    await page.click('#panel-slices [aria-label="Show three slices"]');
+});
+
+test('no bar, rail or panel lies over a slice, in wide windows and narrow ones', async () => {
+    const panel = () => page.locator('#panel-slices');
+    await open('slices');
+    await page.click('#panel-slices [aria-label="Show three slices"]');
+    const covered = () =>
+        page.evaluate(() => {
+            const box = (element) => element.getBoundingClientRect();
+            const over = (a, b) => a.left < b.right && b.left < a.right && a.top < b.bottom && b.top < a.bottom;
+            const above = ['#top', '#rail', '#panel-slices:not([hidden])', '#status'].flatMap((name) => [...document.querySelectorAll(name)]);
+            const below = [...document.querySelectorAll('.slice')].filter((slice) => slice.clientWidth > 0);
+            return below.flatMap((slice, i) => above.filter((e) => over(box(e), box(slice))).map((e) => `#${e.id} over picture ${i}`)).join();
+        });
+    for (const [width, height] of [[1600, 900], [1280, 720], [1000, 640], [900, 700], [420, 800]])
+        for (const shown of [true, false]) {
+            await page.setViewportSize({ width, height });
+            if ((await panel().isVisible()) !== shown) await page.click('#open-slices');
+            const end = performance.now() + 10000;
+            while ((await covered()) && performance.now() < end);
+            equal(await covered(), '', `${width} x ${height}, ${shown ? 'with' : 'without'} the panel`);
+        }
+    await page.setViewportSize({ width: 1000, height: 640 });
+    await page.locator('.slice >> nth=0').dblclick();
+    await page.waitForSelector('#stage[data-large]');
+    equal(await covered(), '', 'a large slice');
+    await page.locator('.slice.large').dblclick();
+    await open('slices');
+    await page.click('#panel-slices [aria-label="Show three slices"]');
+});
+
 test('on a phone four pictures lie beside the bar and the sheet, not under them', async () => {
     await page.setViewportSize({ width: 390, height: 844 });
     await open('slices');

@@ -4,51 +4,75 @@
 import { button, bytes, h, icon, short } from './dom.js';
 import { select } from './controls.js';
 import { get, watch } from './store.js';
-import { importColors, isPreset } from './exchange.js';
-
-/* Of a file that may hold presets: ParaView's own list of them is 1.5 MB. */
-const MOST_TEXT = 2 ** 25;
+import { importColors } from './exchange.js';
+import { dropped, plan } from './drop.js';
 
 /** Why an upload was refused, where the server did not say. */
 function refusal(status) {
     return status === 413 ? 'it is larger than the server takes' : `the server refused it (${status})`;
 }
 
-/** Sends a file to the server and opens it; told as it goes. */
-function upload(app, file) {
-    const request = new XMLHttpRequest();
-    request.open('POST', `upload?name=${encodeURIComponent(file.name)}`);
-    request.responseType = 'json';
-    request.upload.onprogress = (event) =>
-        event.lengthComputable && app.progress.show(`Sending ${file.name}`, event.loaded / event.total, () => request.abort());
-    request.onloadend = () => {
-        app.progress.hide();
-        if (request.status === 200 && request.response?.path) app.connection.send({ do: 'open', path: request.response.path });
-        else if (request.status)
-            app.messages.error(`${file.name}: ${request.response?.error ?? refusal(request.status)}`);
-        else app.messages.tell(`${file.name} was not sent.`);
-    };
-    request.send(file);
+/** Sends one file, beside those of the folder where one is given: the server's answer, or undefined where it was cancelled. */
+function post({ name, file }, folder, progress) {
+    return new Promise((resolve, reject) => {
+        const request = new XMLHttpRequest();
+        request.open('POST', `upload?name=${encodeURIComponent(name)}${folder ? `&folder=${folder}` : ''}`);
+        request.responseType = 'json';
+        request.upload.onprogress = (event) => progress(event.loaded, () => request.abort());
+        request.onloadend = () => {
+            if (request.status === 200 && request.response?.path) resolve(request.response);
+            else if (request.status) reject(new Error(`${name}: ${request.response?.error ?? refusal(request.status)}`));
+            else resolve(undefined);
+        };
+        request.send(file);
+    });
 }
 
-/** The file that a header (MetaImage, NRRD) names for its samples, or undefined where they follow in it. */
-function dataFile(text) {
-    const name = /^(?:ElementDataFile\s*=|data ?file:)\s*(.+?)\s*$/im.exec(text)?.[1];
-    return name === 'LOCAL' ? undefined : name;
-}
-
-/** A volume or scene is sent and opened, a ParaView preset becomes the transfer function. */
-async function take(app, file) {
-    const small = /\.(json|xml)$/i.test(file.name) && file.size < MOST_TEXT;
-    const text = small ? await file.text() : '';
-    const apart = /\.(mhd|nhdr)$/i.test(file.name) && dataFile(await file.slice(0, 65536).text());
-    if (apart)
-        app.messages.error(
-            `${file.name} keeps its samples in another file, ${apart}, which a page cannot fetch. ` +
-                'Open it from the server’s folders: “pellucid view” takes a folder, too.',
+/** Sends files into one folder of the server; what it said of the first, or undefined where it was cancelled. */
+async function sendAll(app, files) {
+    const total = files.reduce((sum, { file }) => sum + file.size, 0),
+        caption = files.length > 1 ? `Sending ${files.length} files` : `Sending ${files[0].name}`;
+    let done = 0,
+        first = undefined,
+        cancelled = false;
+    for (const each of files) {
+        const answer = await post(each, first?.folder, (loaded, abort) =>
+            app.progress.show(caption, total ? Math.min((done + loaded) / total, 1) : 1, () => {
+                cancelled = true;
+                abort();
+            }),
         );
-    else if (small && isPreset(text)) importColors(app, text, file.name);
-    else upload(app, file);
+        if (!answer || cancelled) {
+            app.messages.tell(`${files.length > 1 ? 'The files were' : `${each.name} was`} not sent.`);
+            return undefined;
+        }
+        first ??= answer;
+        done += each.file.size;
+    }
+    return first;
+}
+
+/** "a, b and 7 more" */
+function some(names) {
+    return names.length > 3 ? `${names.slice(0, 2).join(', ')} and ${names.length - 2} more` : names.join(', ');
+}
+
+/** Volumes and scenes are sent and opened, a ParaView preset becomes the transfer function. */
+async function take(app, given) {
+    try {
+        const { send, whole, preset, left } = await plan(await given);
+        if (left.length) app.messages.tell(`${send[0].name} is opened; what it does not need is left out: ${some(left)}.`);
+        if (preset !== undefined) {
+            importColors(app, preset, send[0].name);
+            return;
+        }
+        const first = await sendAll(app, send);
+        if (first) app.connection.send({ do: 'open', path: whole ? first.path.slice(0, first.path.lastIndexOf('/')) : first.path });
+    } catch (error) {
+        app.messages.error(error.message);
+    } finally {
+        app.progress.hide();
+    }
 }
 
 /** Files dropped anywhere on the page. */
@@ -63,11 +87,7 @@ export function acceptDrops(app, sign) {
         sign.hidden = true;
         if (!files(event)) return;
         event.preventDefault();
-        if (event.dataTransfer.files.length > 1)
-            app.messages.tell(
-                'One file at a time: the first is opened. Of a pair (header and data) open the header from the server’s folders.',
-            );
-        take(app, event.dataTransfer.files[0]);
+        take(app, dropped(event.dataTransfer));
     });
 }
 
@@ -85,11 +105,16 @@ function facts(volume) {
 export function filesPanel(app) {
     const list = h('ul', { class: 'files' }),
         where = h('div', { class: 'path' });
-    const picker = h('input', { type: 'file', class: 'hidden', 'aria-label': 'File to open', tabindex: '-1' });
-    picker.addEventListener('change', () => {
-        if (picker.files[0]) take(app, picker.files[0]);
-        picker.value = '';
-    });
+    const picker = (label, attributes) => {
+        const input = h('input', { type: 'file', class: 'hidden', 'aria-label': label, tabindex: '-1', ...attributes });
+        input.addEventListener('change', () => {
+            if (input.files.length) take(app, [...input.files].map((file) => ({ name: file.name, file })));
+            input.value = '';
+        });
+        return input;
+    };
+    const files = picker('Files to open', { multiple: true }),
+        folder = picker('Folder to open', { webkitdirectory: true });
     let here = undefined;
     /* Of slices, each in a file, the folder is the volume. */
     const whole = button('Open this folder as a volume', () => app.connection.send({ do: 'open', path: here }), {
@@ -151,8 +176,13 @@ export function filesPanel(app) {
         h(
             'div',
             { class: 'row' },
-            button('From this computer…', () => picker.click(), { kind: 'small', title: 'Or drop a file on the picture' }),
-            picker,
+            button('From this computer…', () => files.click(), {
+                kind: 'small',
+                title: 'Or drop it on the picture; a header together with its data',
+            }),
+            button('A folder…', () => folder.click(), { kind: 'small', title: 'All the slices in it (DICOM, TIFF), from this computer' }),
+            files,
+            folder,
         ),
         where,
         h('div', { class: 'row' }, whole),

@@ -113,11 +113,12 @@ export function placeName(space, axis, sign) {
     return letter ? `${PLACES[letter]} (${letter})` : (sign > 0 ? '+' : '−') + names[0];
 }
 
-/** What slices square to a world direction are called in a patient, "" elsewhere. */
+/** What slices square to a world direction are called in a patient, "" elsewhere, and where they are as near to another one (45 degrees). */
 export function planeName(space, direction) {
     if (!axisNames(space)[0][1]) return '';
-    const sizes = direction.map(Math.abs);
-    return ['sagittal', 'coronal', 'axial'][sizes.indexOf(Math.max(...sizes))];
+    const sizes = unit(direction).map(Math.abs),
+        most = Math.max(...sizes);
+    return most > Math.SQRT1_2 + 1e-6 ? ['Sagittal', 'Coronal', 'Axial'][sizes.indexOf(most)] : '';
 }
 
 /** The anatomical letter, or the axis, towards which a world direction points most. */

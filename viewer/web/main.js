@@ -25,8 +25,9 @@ import { surfacesPanel } from './surfaces-panel.js';
 import { transferPanel } from './transfer-panel.js';
 
 const RESIZE_MS = 120;
-/* The server's own folder of an uploaded file, in a message: the user knows the file by its name. */
-const UPLOADED = /\S*\/pellucid-view-\w+\/\d+\//g;
+/* The server's own folder of uploaded files, in a message: the user knows the files by their names. */
+const UPLOADED = /\S*\/pellucid-view-\w+\/\d+\//g,
+    UPLOADED_WHOLE = /\S*\/pellucid-view-\w+\/\d+(?=:|$)/g;
 const $ = (id) => document.getElementById(id);
 
 const edits = new Edits(connection);
@@ -51,7 +52,7 @@ const app = {
 
     /** What the server says is wrong. That something ended as it was asked to is nothing wrong. */
     complain(message, name) {
-        const text = message.replace(UPLOADED, '');
+        const text = message.replace(UPLOADED, '').replace(UPLOADED_WHOLE, 'The files sent');
         if (/\bcancelled$/.test(text)) app.messages.tell('Cancelled.');
         else app.messages.error(name ? `${name}: ${text}` : text);
     },
@@ -220,7 +221,8 @@ watch(['preferences'], () => {
 });
 watch(['volume'], () => {
     const { name, path } = get('volume');
-    const file = (path ?? '').split('/').filter(Boolean).at(-1) ?? name;
+    const whole = (path ?? '').replace(UPLOADED_WHOLE, name || 'slices');
+    const file = whole.split('/').filter(Boolean).at(-1) ?? name;
     $('name').textContent = file;
     $('dims').textContent = `${get('volume').dims.join(' × ')} ${get('volume').type}`;
     document.title = `${file} – Pellucid`;

@@ -4,13 +4,14 @@
  * is told by the frame's camera. */
 
 import { attributes, clamp, h, svg } from './dom.js';
-import { add, axisStep, directionName, dot, scale, sub, transform, unit, View } from './geometry.js';
+import { add, axisStep, directionName, dot, planeName, scale, sub, transform, unit, View } from './geometry.js';
 import { get, set } from './store.js';
 import { distance } from './measure.js';
 import { updateScaleBar } from './overlay.js';
 
 const NEAREST = 64; /* times the whole slice */
 const CLICK_PIXELS = 4;
+const KEYS = 'Page up and down step, arrows move the cross-hair, Space marks it, plus and minus zoom';
 const NOTCH_PIXELS = 60; /* of a wheel, at least; a trackpad's small steps are added up to it */
 
 export class Slice {
@@ -32,10 +33,7 @@ export class Slice {
         this.axis = axis;
         this.picture = document.createElement('pel-picture');
         Object.assign(this.picture, { className: 'slice', tabIndex: 0 });
-        this.picture.setAttribute(
-            'aria-label',
-            `Slice across ${'ijk'[axis]}. Page up and down step, arrows move the cross-hair, Space marks it, plus and minus zoom`,
-        );
+        this.picture.setAttribute('aria-label', `Slice across ${'ijk'[axis]}. ${KEYS}`);
         this.picture.setAttribute('role', 'application');
         this.svg = svg('svg', { class: 'overlay', 'aria-hidden': 'true' }, this.#lines, this.#measures);
         const others = [0, 1, 2].filter((i) => i !== axis);
@@ -256,9 +254,18 @@ export class Slice {
         this.#letters.forEach((letter, i) => (letter.textContent = directionName(volume.space, sides[i])));
         /* The number of the slice that is seen; the one asked for may be on its way. */
         const index = Math.round(transform(inverse, view.focus)[this.axis]);
-        const nearer = this.seen && area.width > 240 ? `, × ${(this.#whole / view.scale).toFixed(1)}` : '';
-        this.#label.textContent = `${'ijk'[this.axis]} ${index} / ${volume.dims[this.axis] - 1}${nearer}`;
+        this.#name(planeName(volume.space, axisStep(matrix, this.axis)), index, volume.dims[this.axis] - 1, view);
         updateScaleBar(this.#bar, view, this.picture);
+    }
+
+    /** The words in the corner, as many as there is room for beside the letter in the middle, and those for a reader of the screen. */
+    #name(plane, index, last, view) {
+        const { clientWidth } = this.picture,
+            axis = 'ijk'[this.axis];
+        const total = !plane || clientWidth > 290 ? ` / ${last}` : '',
+            nearer = this.seen && clientWidth > (plane ? 340 : 240) ? `, × ${(this.#whole / view.scale).toFixed(1)}` : '';
+        this.#label.textContent = `${plane || axis} ${index}${total}${nearer}`;
+        attributes(this.picture, { 'aria-label': `${plane ? `${plane} slice (${axis})` : `Slice across ${axis}`}. ${KEYS}` });
     }
 
     /** Those that lie in this slice. */

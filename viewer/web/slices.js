@@ -197,7 +197,7 @@ export function slicesPanel(app) {
         rows.replaceChildren(
             ...get('volume').dims.map((n, axis) => {
                 const plane = planeName(get('volume').space, axisStep(slices.matrix, axis)),
-                    name = plane ? `${plane[0].toUpperCase()}${plane.slice(1)} (${'ijk'[axis]})` : 'ijk'[axis];
+                    name = plane ? `${plane} (${'ijk'[axis]})` : 'ijk'[axis];
                 const control = slider({ minimum: 0, maximum: Math.max(n - 1, 1), label: `Slice ${name}`, whole: true }, (x) => {
                     const index = transform(slices.inverse, slices.at);
                     index[axis] = x;
