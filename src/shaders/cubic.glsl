@@ -5,16 +5,19 @@
 #include "surface.glsl"
 
 ivec3 cell;       // of voxels, into which the ray comes next
+ivec3 heading;     // 1 or -1 along each axis, as the ray goes
+bvec3 across;     // the axis along which it comes into the cell
+bool faced;       // whether the voxels of the face by which it comes are known, from the cell before
 vec3 corner;      // of the cell that was taken last
-vec4 low, high;   // its voxels: (x, y) = 00 10 01 11 at the lower z and the higher
+vec4 low, high;   // its voxels in the order of the ray: (x, y) = 00 10 01 11 at the z where it comes in, and at that where it leaves; 1 is onwards
 vec2 range;       // least and greatest of them
 bool carried;     // whether the value where the ray came in is known from the cell before,
 float carry;      // and that value, or one on the same side of all isovalues
 vec4 cubic;       // c0 + c1 u + c2 u^2 + c3 u^3, u from 0 to 1 on the way through the cell
 
-float at_cell(ivec3 offset)
+float at_voxel(ivec3 at)
 {
-    float raw = texel_to_raw(texelFetch(volume, cell + offset - FIRST_VOXEL, 0).r);
+    float raw = texel_to_raw(texelFetch(volume, at - FIRST_VOXEL, 0).r);
 #ifdef VOIDS
     if (!(abs(raw) <= 3.4e38) || abs(raw - job.raw.z) <= job.raw.w)
         return nan();
@@ -22,13 +25,28 @@ float at_cell(ivec3 offset)
     return raw;
 }
 
-// Takes the cell's voxels; gives whether a surface may be in it.
-bool take_cell()
+// Takes the voxels of one face, that which lies onwards; those of the face that it was before become those of the face behind. Two cells have a face in common: four voxels are fetched, not eight.
+void take_face()
 {
-    ivec3 x = ivec3(min(job.dims.x - 1, 1), 0, 0), y = ivec3(0, min(job.dims.y - 1, 1), 0), z = ivec3(0, 0, min(job.dims.z - 1, 1));
-    corner = vec3(cell);
-    low = vec4(at_cell(ivec3(0)), at_cell(x), at_cell(y), at_cell(x + y));
-    high = vec4(at_cell(z), at_cell(z + x), at_cell(z + y), at_cell(z + x + y));
+    ivec3 steps = heading * min(job.dims.xyz - 1, ivec3(1)), behind = cell + max(-steps, ivec3(0));
+    ivec3 first = behind + mix(ivec3(0), steps, bvec3(faced && across.x, faced && across.y, faced && across.z));
+    ivec3 u = across.x ? ivec3(0, steps.y, 0) : ivec3(steps.x, 0, 0), v = across.z ? ivec3(0, steps.y, 0) : ivec3(0, 0, steps.z);
+    vec4 face = vec4(at_voxel(first), at_voxel(first + u), at_voxel(first + v), at_voxel(first + u + v));
+    if (across.x) {
+        low = vec4(low.y, face.x, low.w, face.y);
+        high = vec4(high.y, face.z, high.w, face.w);
+    } else if (across.y) {
+        low = vec4(low.zw, face.xy);
+        high = vec4(high.zw, face.zw);
+    } else {
+        low = high;
+        high = face;
+    }
+}
+
+// Whether a surface may be in the cell whose voxels are taken.
+bool may_hold()
+{
 #ifdef VOIDS
     if (any(isnan(low)) || any(isnan(high))) {
         carried = false;
@@ -109,7 +127,8 @@ float one_of(int i, float first, vec4 rest)
 // the signal only rises or falls: four pieces, each of which meets each isovalue once at most. The costly part is in one place, and run only as often as there are surfaces.
 bool add_surfaces(const Ray r, float from, float to)
 {
-    vec3 f = r.o + from * r.d - corner, d = (to - from) * r.d;
+    vec3 f = r.o + from * r.d - corner, d = abs((to - from) * r.d);
+    f = mix(1.0 - f, f, greaterThan(heading, ivec3(0))); // in the order of the voxels
     cubic = cubic_along(f, d);
     vec2 turns = extrema();
     float start = value_at(f), end = value_at(f + d), first = carried ? carry : start;

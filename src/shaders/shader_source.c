@@ -76,7 +76,7 @@ static bool add_lines(struct composing *c, const char *name, size_t index, const
 {
     int number = 1;
     char mark[64], other[64];
-    snprintf(mark, sizeof mark, "#line 1 %zu\n", index);
+    snprintf(mark, sizeof mark, "#line 1 %zu\n", index + 1); /* 0 is what a driver says where it does not know */
     if (!append(c, mark, strlen(mark)))
         return false;
     while (*text) {
@@ -85,7 +85,7 @@ static bool add_lines(struct composing *c, const char *name, size_t index, const
         if (included(text, length, other)) {
             if (!add_file(c, other, depth + 1))
                 return pel_fail_in(c->error, "%s:%d: ", name, number);
-            snprintf(mark, sizeof mark, "#line %d %zu\n", number + 1, index);
+            snprintf(mark, sizeof mark, "#line %d %zu\n", number + 1, index + 1);
             if (!append(c, mark, strlen(mark)))
                 return false;
         } else if (!append(c, text, length) || !append(c, "\n", 1)) {
@@ -134,9 +134,9 @@ void pel_shader_name_lines(const char *message, char *to, size_t size)
     bool start = true; /* of a line, or after a word: where a number may be a file's */
     while (*message && used + 1 < size) {
         char *end;
-        unsigned long number = start && isdigit((unsigned char)*message) ? strtoul(message, &end, 10) : pel_shader_file_count;
-        if (number < pel_shader_file_count && (*end == ':' || *end == '(') && isdigit((unsigned char)end[1])) {
-            int written = snprintf(to + used, size - used, "%s:", pel_shader_files[number].name);
+        unsigned long number = start && isdigit((unsigned char)*message) ? strtoul(message, &end, 10) : 0;
+        if (number > 0 && number <= pel_shader_file_count && (*end == ':' || *end == '(') && isdigit((unsigned char)end[1])) {
+            int written = snprintf(to + used, size - used, "%s:", pel_shader_files[number - 1].name);
             used = written > 0 && (size_t)written < size - used ? used + (size_t)written : size - 1;
             message = end + 1;
             start = false;
