@@ -88,7 +88,7 @@ struct pel_gl_saved_drawing {
  * units 0..7, storage and uniform buffers 0..15, pixel store, pixel pack and unpack buffers, framebuffers, vertex array, and how it draws. */
 struct pel_gl_saved {
     GLint program, active_texture, vertex_array, draw_framebuffer, read_framebuffer;
-    GLint pack_buffer, unpack_buffer, storage_buffer, uniform_buffer;
+    GLint pack_buffer, unpack_buffer, storage_buffer, uniform_buffer, dispatch_buffer;
     GLint stores[PEL_SAVED_STORES];
     GLint textures[PEL_SAVED_UNITS][PEL_SAVED_TARGETS], samplers[PEL_SAVED_UNITS];
     struct {

@@ -231,6 +231,7 @@ void pel_gl_save(struct pel_gl_saved *saved)
     glGetIntegerv(GL_PIXEL_UNPACK_BUFFER_BINDING, &saved->unpack_buffer);
     glGetIntegerv(GL_SHADER_STORAGE_BUFFER_BINDING, &saved->storage_buffer);
     glGetIntegerv(GL_UNIFORM_BUFFER_BINDING, &saved->uniform_buffer);
+    glGetIntegerv(GL_DISPATCH_INDIRECT_BUFFER_BINDING, &saved->dispatch_buffer);
     save_ranges(saved->storage, have(GL_MAX_SHADER_STORAGE_BUFFER_BINDINGS, PEL_SAVED_BUFFERS), GL_SHADER_STORAGE_BUFFER_BINDING,
                 GL_SHADER_STORAGE_BUFFER_START, GL_SHADER_STORAGE_BUFFER_SIZE);
     save_ranges(saved->uniform, PEL_SAVED_BUFFERS, GL_UNIFORM_BUFFER_BINDING, GL_UNIFORM_BUFFER_START, GL_UNIFORM_BUFFER_SIZE);
@@ -251,6 +252,7 @@ void pel_gl_restore(const struct pel_gl_saved *saved)
     restore_textures(saved);
     restore_ranges(saved->storage, have(GL_MAX_SHADER_STORAGE_BUFFER_BINDINGS, PEL_SAVED_BUFFERS), GL_SHADER_STORAGE_BUFFER);
     restore_ranges(saved->uniform, PEL_SAVED_BUFFERS, GL_UNIFORM_BUFFER);
+    glBindBuffer(GL_DISPATCH_INDIRECT_BUFFER, (GLuint)saved->dispatch_buffer);
     glBindBuffer(GL_UNIFORM_BUFFER, (GLuint)saved->uniform_buffer);
     glBindBuffer(GL_SHADER_STORAGE_BUFFER, (GLuint)saved->storage_buffer);
     glBindBuffer(GL_PIXEL_PACK_BUFFER, (GLuint)saved->pack_buffer);

@@ -123,35 +123,42 @@ float one_of(int i, float first, vec4 rest)
     return i == 0 ? first : i == 1 ? rest.x : i == 2 ? rest.y : i == 3 ? rest.z : rest.w;
 }
 
-// The surfaces of the cell between two places along the ray, in order; false ends it. Between the value carried over, that at the cell's face, the extrema and the value where the ray leaves,
-// the signal only rises or falls: four pieces, each of which meets each isovalue once at most. The costly part is in one place, and run only as often as there are surfaces.
-bool add_surfaces(const Ray r, float from, float to)
+// The cell between two places along the ray, in four pieces that each meet each isovalue once at most: between the value carried over, that at the cell's face, the extrema and the value where
+// the ray leaves, the signal only rises or falls.
+vec4 piece_u, piece_values; // where they end, and the values there
+float piece_first;          // the value where the first begins
+int next_piece;             // times the isovalues
+
+void enter_cell(const Ray r, float from, float to)
 {
     vec3 f = r.o + from * r.d - corner, d = abs((to - from) * r.d);
     f = mix(1.0 - f, f, greaterThan(heading, ivec3(0))); // in the order of the voxels
     cubic = cubic_along(f, d);
     vec2 turns = extrema();
-    float start = value_at(f), end = value_at(f + d), first = carried ? carry : start;
-    vec4 u = vec4(0.0, turns, 1.0), values = vec4(start, turns.x < 1.0 ? cubic_at(turns.x) : end, turns.y < 1.0 ? cubic_at(turns.y) : end, end);
-    int pieces = 4 * ISOVALUES, at = 0;
+    float start = value_at(f), end = value_at(f + d);
+    piece_first = carried ? carry : start;
+    piece_u = vec4(0.0, turns, 1.0);
+    piece_values = vec4(start, turns.x < 1.0 ? cubic_at(turns.x) : end, turns.y < 1.0 ? cubic_at(turns.y) : end, end);
+    next_piece = 0;
     carry = end;
     carried = true;
-    while (true) {
-        bool found = false;
-        float a, b, v, w;
-        int i;
-        for (; at < pieces && !found; at++) {
-            int piece = at / ISOVALUES, j = at - piece * ISOVALUES;
-            v = one_of(piece, first, values);
-            w = one_of(piece + 1, first, values);
-            i = w > v ? j : ISOVALUES - 1 - j;
-            found = (v < job.iso[i].x) != (w < job.iso[i].x);
-            a = one_of(piece, 0.0, u);
-            b = one_of(piece + 1, 0.0, u);
-        }
-        if (!found)
-            return true;
-        if (!add_surface(r, i, from + (to - from) * (b > a ? cubic_root(job.iso[i].x, a, v, b, w) : a)))
-            return false;
+}
+
+// The next surface in the cell that was entered, and where on the way through it (0 to 1); false: there is none.
+bool next_root(out int i, out float u)
+{
+    bool found = false;
+    float a, b, v, w;
+    for (; next_piece < 4 * ISOVALUES && !found; next_piece++) {
+        int piece = next_piece / ISOVALUES, j = next_piece - piece * ISOVALUES;
+        v = one_of(piece, piece_first, piece_values);
+        w = one_of(piece + 1, piece_first, piece_values);
+        i = w > v ? j : ISOVALUES - 1 - j;
+        found = (v < job.iso[i].x) != (w < job.iso[i].x);
+        a = one_of(piece, 0.0, piece_u);
+        b = one_of(piece + 1, 0.0, piece_u);
     }
+    if (found)
+        u = b > a ? cubic_root(job.iso[i].x, a, v, b, w) : a;
+    return found;
 }

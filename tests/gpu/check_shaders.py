@@ -63,7 +63,7 @@ own = {"composite.glsl": ["PRE", "PRE SHADE HEADLIGHTS VOIDS", "PRE BRICKS"], "e
        "stop_fragment.glsl": ["GREATER"], "histopyramid_sum.glsl": ["BASE"], "stretch_fragment.glsl": ["BAND"], "plain_fragment.glsl": ["BAND"],
        "mesh_fragment.glsl": ["LIST", "LIST HEADLIGHTS"], "mesh_depth.glsl": ["LIST"],
        "peel_vertex.glsl": ["DISC"], "peel_fragment.glsl": ["DISC"], "peel_masks.glsl": ["DISC"],
-       "peel_cast.glsl": ["STEPPING", "STEPPING BINARY_SEARCH VOIDS", "EXTERIOR", "EXTERIOR STEPPING HEADLIGHTS", "WHOLE VOIDS", "WHOLE STEPPING", "TREE", "TREE STEPPING VOIDS", "ONE_ISOVALUE", "ONE_ISOVALUE STEPPING VOIDS"],
+       "peel_cast.glsl": ["STEPPING", "STEPPING BINARY_SEARCH VOIDS", "EXTERIOR", "EXTERIOR STEPPING HEADLIGHTS", "WHOLE VOIDS", "WHOLE STEPPING", "TREE", "TREE STEPPING VOIDS", "LISTED", "LISTED STEPPING VOIDS", "ONE_ISOVALUE", "ONE_ISOVALUE STEPPING VOIDS"],
        "isosurface_cells.glsl": ["ONE_ISOVALUE", "ONE_ISOVALUE BRICKS VOIDS"], "isosurface.glsl": ["ONE_ISOVALUE HEADLIGHTS"],
        "classify.glsl": ["MODE=%d MODE_MIP=1 MODE_MINIP=2 MODE_ISOSURFACE=5" % mode for mode in (0, 1, 2, 5)]}
 slices = ["AXIS=%d LIGHTING=%d" % (axis, axis) for axis in (0, 1, 2)] + ["AXIS=1 LIGHTING=0 " + d for d in (

@@ -30,7 +30,7 @@ void pel_peel_destroy(struct pel_peel *p)
         return;
     struct pel_device *d = p->device;
     struct pel_texture *textures[] = { &p->volume, &p->ranges, &p->masks[0], &p->masks[1], &p->mask_table, &p->picture, &p->depth };
-    struct pel_buffer *buffers[] = { &p->block, &p->view_block, &p->counters, &p->segments, &p->tree };
+    struct pel_buffer *buffers[] = { &p->block, &p->view_block, &p->counters, &p->segments, &p->listed, &p->tree };
     pel_target_destroy(d, &p->target);
     for (size_t i = 0; i < sizeof textures / sizeof *textures; i++)
         pel_texture_destroy(d, textures[i]);
@@ -179,6 +179,7 @@ static GLuint casting_program(struct pel_peel *p, struct pel_error *error)
         { "BINARY_SEARCH", p->options.bisect },
         { "EXTERIOR", !p->options.interior },
         { "WHOLE", !p->skip },
+        { "LISTED", masked(p) },
         { "TREE", p->skip && p->options.skipping == PEL_BY_TREE },
     };
     char defines[256] = "";
@@ -189,22 +190,27 @@ static GLuint casting_program(struct pel_peel *p, struct pel_error *error)
     return pel_programs_find(p->device, &p->programs, "peel_cast.glsl", defines, error);
 }
 
-/* Tile rows in one dispatch, from the samples that rays can have. */
-static int strip_rows(const struct pel_peel *p, const struct pel_frame *frame, int columns)
+/* A rectangle in dispatches of so many samples, as rays can have them, and groups, as there may be in a row. */
+static struct pel_peel_strips strips_of(const struct pel_peel *p, const struct pel_frame *frame, const int tile[4])
 {
+    struct pel_peel_strips strips = { { tile[0] / PEL_TILE_SIDE, tile[1] / PEL_TILE_SIDE }, tile[2] / PEL_TILE_SIDE, tile[3] / PEL_TILE_SIDE };
     double bounds[6], diagonal = 0;
     pel_volume_bounds(frame->scene->volume, bounds);
     for (int a = 0; a < 3; a++)
         diagonal += (bounds[2 * a + 1] - bounds[2 * a]) * (bounds[2 * a + 1] - bounds[2 * a]);
-    double row = (sqrt(diagonal) / p->job.step + 1) * columns * PEL_TILE_SIDE * PEL_TILE_SIDE;
-    return (int)fmin(fmax(STRIP_SAMPLES / row, 1), 1 << 20);
+    double row = (sqrt(diagonal) / p->job.step + 1) * tile[2] * PEL_TILE_SIDE;
+    strips.rows = (int)fmin(fmax(fmin(STRIP_SAMPLES / row, 65535.0 / strips.columns), 1), strips.all_rows);
+    strips.count = (strips.all_rows + strips.rows - 1) / strips.rows;
+    return strips;
 }
 
 /* Casts the rays of a rectangle, whose masks are bound. */
 static bool cast_rays(struct pel_peel *p, const struct pel_frame *frame, GLuint program, const int tile[4], struct pel_error *error)
 {
-    const int columns = tile[2] / PEL_TILE_SIDE, all = tile[3] / PEL_TILE_SIDE, rows = strip_rows(p, frame, columns),
-              total = p->screen[3] / PEL_TILE_SIDE;
+    const struct pel_peel_strips strips = strips_of(p, frame, tile);
+    const int total = p->screen[3] / PEL_TILE_SIDE;
+    if (masked(p) && !pel_peel_list_tiles(p, &strips, error))
+        return false;
     glUseProgram(program);
     glBindTextureUnit(PEL_UNIT_VOLUME, p->volume.name);
     glBindTextureUnit(PEL_UNIT_MASK_TABLE, p->mask_table.name);
@@ -216,11 +222,17 @@ static bool cast_rays(struct pel_peel *p, const struct pel_frame *frame, GLuint 
     glBindBufferBase(GL_SHADER_STORAGE_BUFFER, PEL_BUFFER_PEEL_COUNTERS, p->segments.name);
     glBindImageTexture(0, p->picture.name, 0, GL_FALSE, 0, GL_WRITE_ONLY, GL_RGBA32F);
     glBindImageTexture(1, p->depth.name, 0, GL_FALSE, 0, GL_WRITE_ONLY, GL_R32F);
-    for (int y = 0; y < all; y += rows) {
+    for (int i = 0; i < strips.count; i++) {
+        const int y = i * strips.rows;
         if (!pel_progress_report(frame->progress, fmin((double)((tile[1] - p->screen[1]) / PEL_TILE_SIDE + y) / total, 1), error))
             return false;
-        glProgramUniform4i(program, 0, tile[0] / PEL_TILE_SIDE, tile[1] / PEL_TILE_SIDE + y, 0, 0);
-        glDispatchCompute((GLuint)columns, (GLuint)(all - y < rows ? all - y : rows), 1);
+        if (masked(p)) {
+            pel_peel_dispatch_strip(&strips, program, i);
+        } else {
+            const int left = strips.all_rows - y;
+            glProgramUniform4i(program, 0, strips.first[0], strips.first[1] + y, 0, 0);
+            glDispatchCompute((GLuint)strips.columns, (GLuint)(left < strips.rows ? left : strips.rows), 1);
+        }
         glFlush();
     }
     glMemoryBarrier(GL_SHADER_IMAGE_ACCESS_BARRIER_BIT | GL_TEXTURE_UPDATE_BARRIER_BIT | GL_BUFFER_UPDATE_BARRIER_BIT);
@@ -281,24 +293,18 @@ static void note_stages(struct pel_peel *p, const struct pel_frame *frame)
 static void note(struct pel_peel *p, const struct pel_frame *frame, enum pel_mask_path path)
 {
     uint32_t counted[COUNTER_ROWS][4], peeled[COUNTER_ROWS][4];
-    uint64_t taken = 0, in_box = 0, rays = 0, segments = 0, cells = 1;
+    uint64_t taken = 0, rays = 0, segments = 0, cells = 1;
     glGetNamedBufferSubData(p->counters.name, 0, sizeof counted, counted);
     glGetNamedBufferSubData(p->segments.name, 0, sizeof peeled, peeled);
     for (int i = 0; i < COUNTER_ROWS; i++) {
         taken += counted[i][0] | (uint64_t)counted[i][1] << 32;
-        in_box += counted[i][2] | (uint64_t)counted[i][3] << 32;
         rays += peeled[i][0];
         segments += peeled[i][1] | (uint64_t)peeled[i][2] << 32;
     }
     for (int a = 0; a < 3; a++)
         cells *= (uint64_t)p->view.grid[a];
     note_stages(p, frame);
-    if (p->job.roots == PEL_ROOTS_CUBIC) {
-        pel_frame_count(frame, "voxel cells looked into", taken);
-    } else {
-        pel_frame_count(frame, "samples taken", taken);
-        pel_frame_count(frame, "samples skipped", in_box > taken ? in_box - taken : 0);
-    }
+    pel_frame_count(frame, p->job.roots == PEL_ROOTS_CUBIC ? "voxel cells looked into" : "samples taken", taken);
     pel_frame_count(frame, "rays with segments", rays);
     pel_frame_count(frame, "segments", segments);
     if (masked(p)) {

@@ -4,7 +4,7 @@
  *   1 active cells (4.1)     peel_cells.c, peel_ranges.c, peel_range.glsl, peel_active.glsl,
  *                            ../gpu/histopyramid*                            when an isovalue changes
  *   2 masks (4.2)            peel_masks.c, peel_cover.glsl and the shaders of its two ways           every frame
- *   3 segments, rays (4.3)   peel.c, peel_segments.glsl, peel_cast.glsl, cells.glsl                  every frame
+ *   3 segments, rays (4.3)   peel.c, peel_tiles.c, peel_segments.glsl, peel_cast.glsl, cells.glsl    every frame
  *
  * peel.c makes a frame of them; peel_technique.c has the options and says what is refused. */
 #ifndef PEL_PEEL_H
@@ -43,6 +43,7 @@ enum {
     PEL_UNIT_MASK_TABLE = 6,
     PEL_BUFFER_PEEL_COUNTERS = 7,
     PEL_BUFFER_TREE,
+    PEL_BUFFER_TILES = PEL_BUFFER_TREE, /* with a tree there are no masks to list tiles by */
     PEL_BLOCK_PEEL = 1
 };
 enum pel_peel_stage { PEL_STAGE_ACTIVE, PEL_STAGE_MASKS, PEL_STAGE_CAST, PEL_PEEL_STAGES };
@@ -70,7 +71,7 @@ struct pel_peel {
     struct pel_peel_block view;
     bool skip;     /* of the frame; else whole rays */
     int screen[4]; /* of the picture: the rectangle on to which the volume projects, by whole tiles of 8; [2] is 0 where it is nowhere */
-    struct pel_buffer block, view_block, counters, segments;
+    struct pel_buffer block, view_block, counters, segments, listed;
     struct pel_texture masks[2], mask_table, picture, depth; /* masks: of the two ways to make them */
     struct pel_target target;
     struct pel_vertices vertices;
@@ -127,5 +128,19 @@ bool pel_peel_choose_path(struct pel_peel *peel, const int tile[4], enum pel_mas
 /* The table that tells the runs of a mask, at its first use. */
 bool pel_peel_mask_table(struct pel_peel *peel, struct pel_error *error);
 int pel_peel_layers(const struct pel_peel *peel, enum pel_mask_path path);
+
+/* ---- peel_tiles.c: stage 3, where rays are cast ---- */
+
+/* A rectangle of the screen in strips of whole rows of tiles, a dispatch each. */
+struct pel_peel_strips {
+    int first[2];          /* tile of the picture */
+    int columns, all_rows; /* tiles of the rectangle */
+    int rows, count;       /* of a strip (the last may have fewer); strips */
+};
+
+/* Lists the tiles of the rectangle whose masks are bound that have any, and binds the list. */
+bool pel_peel_list_tiles(struct pel_peel *peel, const struct pel_peel_strips *strips, struct pel_error *error);
+/* Dispatches the current program over a strip's listed tiles. */
+void pel_peel_dispatch_strip(const struct pel_peel_strips *strips, GLuint program, int strip);
 
 #endif
