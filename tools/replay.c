@@ -98,9 +98,10 @@ static void on_event(void *user, int client, const char *text)
     const char *kind = json_string_value(json_object_get(event, "event"));
     if (kind && strcmp(kind, "error") == 0) {
         const char *command = json_string_value(json_object_get(event, "do")),
-                   *message = json_string_value(json_object_get(event, "message"));
+                   *message = json_string_value(json_object_get(event, "message")),
+                   *code = json_string_value(json_object_get(event, "code"));
         pthread_mutex_lock(&w->lock);
-        bool expected = was_told(w->recording, client, command ? command : "") || (message && strcmp(message, "cancelled") == 0);
+        bool expected = was_told(w->recording, client, command ? command : "") || (code && strcmp(code, "cancelled") == 0);
         w->errors += !expected;
         pthread_mutex_unlock(&w->lock);
         tool_note("client %d: %s%s", client, message, expected ? "" : " (not so when it was recorded)");

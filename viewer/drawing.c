@@ -183,7 +183,7 @@ static void tell_failure(struct drawer *d, const struct pel_error *error)
 {
     struct session *s = d->session;
     pthread_mutex_lock(&s->lock);
-    session_tell_error(s, 0, error->message, NULL);
+    session_tell_error(s, 0, error, NULL);
     pthread_mutex_unlock(&s->lock);
 }
 
@@ -358,10 +358,10 @@ static void give_up(struct drawer *d, enum work what, const struct pel_error *er
 {
     struct session *s = d->session;
     if (what == WORK_JOB) {
-        session_job_fail(s, error->message);
+        session_job_fail(s, error);
         return;
     }
-    session_tell_error(s, 0, error->message, NULL);
+    session_tell_error(s, 0, error, NULL);
     if (what == WORK_SLICES) {
         s->slices_shown = s->slices_revision;
         s->slices_moving = false;
@@ -459,7 +459,7 @@ void *session_draw(void *user)
         pthread_cond_broadcast(&s->settled);
     }
     if (!fine)
-        session_tell_error(s, 0, error.message, NULL);
+        session_tell_error(s, 0, &error, NULL);
     if (d.volume)
         session_volume_release(d.volume);
     s->quit = true;

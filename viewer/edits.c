@@ -173,6 +173,7 @@ static bool go(struct call *call, int direction)
     if (!now)
         return false;
     char *text = direction < 0 ? history_undo(&s->history, now) : history_redo(&s->history, now);
+    call->nothing = !text;
     if (!text)
         return session_fail(call->error, PEL_ERROR_ARGUMENT, direction < 0 ? "there is nothing to undo" : "there is nothing to redo");
     bool fine = session_scene_from_snapshot(text, s->scene.volume, &scene, call->error);
@@ -214,10 +215,15 @@ static bool is_of(const char *text, const void *path)
     return same;
 }
 
+void session_history_keep(struct session *s, int direction, char *text)
+{
+    free(direction < 0 ? history_redo(&s->history, text) : history_undo(&s->history, text));
+}
+
 void session_history_back(struct session *s, int direction, char *text, struct pel_error *error)
 {
     if (error->code == PEL_ERROR_CANCELLED || error->code == PEL_ERROR_MEMORY) {
-        free(direction < 0 ? history_redo(&s->history, text) : history_undo(&s->history, text));
+        session_history_keep(s, direction, text);
         return;
     }
     char *path = path_of(text);

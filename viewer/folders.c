@@ -312,7 +312,7 @@ static void *list_away(void *user)
     if (event)
         session_tell(s, listing->client, event, &call);
     else
-        session_tell_error(s, listing->client, error.message, &call);
+        session_tell_error(s, listing->client, &error, &call);
     s->listings--;
     session_thread_ends(s);
     pthread_mutex_unlock(&s->lock);

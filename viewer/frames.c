@@ -57,7 +57,7 @@ void session_send_frame(struct session *s, struct encoder *encoder, const struct
                  : encode_jpeg(encoder, image, f->scene->background, strcmp(f->quality, "moving") != 0, &frame.bytes, &frame.size, &error);
     if (!fine) {
         pthread_mutex_lock(&s->lock);
-        session_tell_error(s, 0, error.message, NULL);
+        session_tell_error(s, 0, &error, NULL);
         pthread_mutex_unlock(&s->lock);
         return;
     }

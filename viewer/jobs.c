@@ -196,7 +196,7 @@ static int picture_file(struct session_job *job, struct pel_error *error)
 }
 
 /* With the lock held. */
-static void finish_job(struct session *s, struct session_job *job, int fd, const char *failure)
+static void finish_job(struct session *s, struct session_job *job, int fd, const struct pel_error *error)
 {
     const struct call call = { .name = job->what, .has_id = job->has_id, .id = job->id };
     for (struct session_job **at = &s->jobs; *at; at = &(*at)->next)
@@ -209,13 +209,13 @@ static void finish_job(struct session *s, struct session_job *job, int fd, const
         session_offer(s, job->client, fd, job->format ? movie_name(job->format) : "picture.png",
                       job->format ? movie_type(job->format) : "image/png", &call);
     else
-        session_tell_error(s, job->client, failure, &call);
+        session_tell_error(s, job->client, error, &call);
     job_free(job);
 }
 
-void session_job_fail(struct session *s, const char *failure)
+void session_job_fail(struct session *s, const struct pel_error *error)
 {
-    finish_job(s, s->jobs, -1, failure);
+    finish_job(s, s->jobs, -1, error);
 }
 
 uint64_t session_job_volume(const struct session *s)
@@ -270,7 +270,7 @@ static void *pack(void *user)
     pthread_mutex_lock(&s->lock);
     job->packing = false;
     if (ends)
-        finish_job(s, job, fd, error.message);
+        finish_job(s, job, fd, &error);
     else
         tell_how_far(s, job);
     session_thread_ends(s);
@@ -289,16 +289,16 @@ void session_job_step(struct session *s, struct pel_renderer *renderer)
     bool whole = false;
     pthread_mutex_lock(&s->lock);
     struct session_job *job = s->jobs;
-    bool fine = !job->cancelled || session_fail(&error, PEL_ERROR_IO, "cancelled");
+    bool ends = job->cancelled;
     pthread_mutex_unlock(&s->lock);
-    fine = fine && draw(job, renderer, &whole, &error);
+    bool fine = ends ? session_fail(&error, PEL_ERROR_CANCELLED, "cancelled") : draw(job, renderer, &whole, &error);
     job->draws += fine;
     pthread_mutex_lock(&s->lock);
     if (fine && whole)
         fine = job->packing = session_thread(s, pack, job, &error);
     else if (fine)
         tell_how_far(s, job);
-    if (!fine && error.code != PEL_ERROR_CANCELLED) /* else what came instead is more urgent */
-        finish_job(s, job, -1, error.message);
+    if (!fine && (ends || error.code != PEL_ERROR_CANCELLED)) /* else what came instead is more urgent */
+        finish_job(s, job, -1, &error);
     pthread_mutex_unlock(&s->lock);
 }

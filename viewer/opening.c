@@ -224,7 +224,7 @@ static void failed(struct session_opening *o, struct pel_error *error)
         session_history_back(s, o->direction, o->scene, error);
         o->scene = NULL;
     }
-    session_tell_error(s, 0, error->message, &call);
+    session_tell_error(s, 0, error, &call);
     s->failed |= !o->path;
 }
 
@@ -281,11 +281,11 @@ bool session_open(struct session *s, const char *path, const char *array, char *
         if (o)
             opening_free(o);
         if (s->opening)
-            session_fail(error, PEL_ERROR_CANCELLED, "a file is being read already; wait for it, or cancel it");
+            session_fail(error, PEL_ERROR_ARGUMENT, "a file is being read already; wait for it, or cancel it");
         else
             session_fail(error, PEL_ERROR_MEMORY, "no memory to open a file");
         if (direction)
-            session_history_back(s, direction, scene, error);
+            session_history_keep(s, direction, scene);
         return false;
     }
     o->session = s;
@@ -296,7 +296,7 @@ bool session_open(struct session *s, const char *path, const char *array, char *
         return true;
     }
     if (direction) {
-        session_history_back(s, direction, o->scene, error);
+        session_history_keep(s, direction, o->scene);
         o->scene = NULL;
     }
     opening_free(o);

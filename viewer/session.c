@@ -303,7 +303,7 @@ bool session_command(struct session *s, int client, const json_t *json)
     if (call.client && call.has_id)
         call.client->id = call.id; /* a refused one, too: what it asked for is as shown as it will ever be */
     if (!fine)
-        session_tell_error(s, client, error.message, &call);
+        session_tell_error(s, client, &error, &call);
     pthread_cond_signal(&s->wake);
     pthread_mutex_unlock(&s->lock);
     return fine;
@@ -317,13 +317,13 @@ bool session_command_text(struct session *s, int client, const char *text, size_
     if (json) {
         fine = session_command(s, client, json);
     } else {
-        char message[512];
+        struct pel_error error;
         if (size > SESSION_MOST_BYTES)
-            snprintf(message, sizeof message, "a command of %zu bytes is too long; at most %d are taken", size, SESSION_MOST_BYTES);
+            session_fail(&error, PEL_ERROR_ARGUMENT, "a command of %zu bytes is too long; at most %d are taken", size, SESSION_MOST_BYTES);
         else
-            snprintf(message, sizeof message, "no JSON: column %d: %.200s", e.column, e.text);
+            session_fail(&error, PEL_ERROR_ARGUMENT, "no JSON: column %d: %.200s", e.column, e.text);
         pthread_mutex_lock(&s->lock);
-        session_tell_error(s, client, message, NULL);
+        session_tell_error(s, client, &error, NULL);
         pthread_mutex_unlock(&s->lock);
     }
     json_decref(json);

@@ -116,7 +116,7 @@ void session_thread_ends(struct session *session);
 /* Sends and frees an event; `call` (nullable) gives it its `id`. */
 struct call;
 void session_tell(struct session *session, int client, json_t *event, const struct call *call);
-void session_tell_error(struct session *session, int client, const char *message, const struct call *call);
+void session_tell_error(struct session *session, int client, const struct pel_error *error, const struct call *call);
 void session_tell_volume(struct session *session, int client);
 void session_tell_state(struct session *session, int client);
 void session_tell_progress(struct session *session, int client, const char *what, double done);
@@ -159,6 +159,7 @@ struct call {
     const char *name;
     bool has_id;
     int64_t id, gesture; /* gesture: 0 where there is none */
+    bool nothing;        /* it was refused, for there is nothing for it to do: no fault */
     struct pel_error *error;
 };
 
@@ -184,6 +185,8 @@ bool session_scene_from_snapshot(const char *text, const struct pel_volume *volu
 /* A step of undo (-1) or redo (1) that gave `text` (owned) could not be taken: not now, so it stays a step; or, as `error` says, not ever:
  * then it is dropped, with the steps beyond it that are of the same other file, and `error` tells of it. */
 void session_history_back(struct session *session, int direction, char *text, struct pel_error *error);
+/* It stays a step. */
+void session_history_keep(struct session *session, int direction, char *text);
 
 /* The picture's size, anew from what the clients that are there have room for. */
 void session_size_again(struct session *session);
@@ -247,7 +250,7 @@ bool session_job_due(const struct session *session);
 /* A step of the oldest job: called without the lock by the thread that draws. */
 void session_job_step(struct session *session, struct pel_renderer *renderer);
 /* The oldest job cannot be drawn. With the lock held. */
-void session_job_fail(struct session *session, const char *failure);
+void session_job_fail(struct session *session, const struct pel_error *error);
 void session_jobs_finish(struct session *session);
 
 /* ---- folders.c ---- */

@@ -223,7 +223,7 @@ void session_slices_draw(struct session *s, struct slices_drawer **drawer, struc
     if (fine || error.code == PEL_ERROR_CANCELLED)
         return;
     pthread_mutex_lock(&s->lock);
-    session_tell_error(s, 0, error.message, NULL);
+    session_tell_error(s, 0, &error, NULL);
     pthread_mutex_unlock(&s->lock);
 }
 

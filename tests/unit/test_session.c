@@ -234,6 +234,9 @@ static void test_bad_commands(void **state)
         assert_int_equal(json_integer_value(json_object_get(error, "_to")), 1);
         const char *message = json_string_value(json_object_get(error, "message"));
         assert_true(message && message[0] && !strchr(message, '\n'));
+        const char *code = json_string_value(json_object_get(error, "code"));
+        bool nothing = strstr(bad[i], "undo") || strstr(bad[i], "redo");
+        assert_true(nothing ? code && strcmp(code, "nothing") == 0 : !code);
     }
     assert_false(say(&face, 2, "{\"do\":\"rotate\",\"by\":[0,0]}")); /* before hello */
     assert_true(same(&face, picture, size));
@@ -504,6 +507,7 @@ static void test_cancel(void **state)
     session_settle(face.session, true);
     assert_null(last(&face, "download"));
     assert_int_equal(json_integer_value(json_object_get(last(&face, "error"), "id")), 8);
+    assert_string_equal(json_string_value(json_object_get(last(&face, "error"), "code")), "cancelled");
     finish(&face);
 }
 
