@@ -165,34 +165,40 @@ static bool same_source(const struct pel_source *a, const struct pel_source *b)
     return strcmp(a->path, b->path) == 0 && strcmp(a->array, b->array) == 0 && strcmp(a->raw, b->raw) == 0;
 }
 
+struct history_step session_step(const struct session *s, struct pel_error *error)
+{
+    return (struct history_step) { pel_scene_to_text(&s->scene, NULL, error), s->start, s->start_fitted };
+}
+
 static bool go(struct call *call, int direction)
 {
     struct session *s = call->session;
     struct pel_scene scene;
-    char *now = pel_scene_to_text(&s->scene, NULL, call->error);
-    if (!now)
+    const struct history_step now = session_step(s, call->error);
+    if (!now.text)
         return false;
-    char *text = direction < 0 ? history_undo(&s->history, now) : history_redo(&s->history, now);
-    call->nothing = !text;
-    if (!text)
+    const struct history_step step = direction < 0 ? history_undo(&s->history, now) : history_redo(&s->history, now);
+    call->nothing = !step.text;
+    if (!step.text)
         return session_fail(call->error, PEL_ERROR_ARGUMENT, direction < 0 ? "there is nothing to undo" : "there is nothing to redo");
-    bool fine = session_scene_from_snapshot(text, s->scene.volume, &scene, call->error);
+    bool fine = session_scene_from_snapshot(step.text, s->scene.volume, &scene, call->error);
     if (fine && !same_source(&scene.source, &s->scene.source)) {
         char path[PEL_OPTION_TEXT_SIZE], array[sizeof scene.source.array];
         memcpy(path, scene.source.path, sizeof path);
         memcpy(array, scene.source.array, sizeof array);
         pel_scene_finish(&scene);
-        return session_open(s, path, array, text, direction, call->error); /* takes the text */
+        return session_open(s, path, array, &step, direction, call->error);
     }
     if (fine)
         session_drop_impossible_technique(s, &scene); /* another device may draw now */
     fine = fine && session_take_scene(s, &scene, call->error);
     if (fine) {
+        session_take_start(s, &step);
         session_changed(s, false);
         s->state_dirty = true;
-        free(text);
+        free(step.text);
     } else {
-        session_history_back(s, direction, text, call->error);
+        session_history_back(s, direction, step, call->error);
     }
     return fine;
 }
@@ -215,18 +221,18 @@ static bool is_of(const char *text, const void *path)
     return same;
 }
 
-void session_history_keep(struct session *s, int direction, char *text)
+void session_history_keep(struct session *s, int direction, struct history_step step)
 {
-    free(direction < 0 ? history_redo(&s->history, text) : history_undo(&s->history, text));
+    free((direction < 0 ? history_redo(&s->history, step) : history_undo(&s->history, step)).text);
 }
 
-void session_history_back(struct session *s, int direction, char *text, struct pel_error *error)
+void session_history_back(struct session *s, int direction, struct history_step step, struct pel_error *error)
 {
     if (error->code == PEL_ERROR_CANCELLED || error->code == PEL_ERROR_MEMORY) {
-        session_history_keep(s, direction, text);
+        session_history_keep(s, direction, step);
         return;
     }
-    char *path = path_of(text);
+    char *path = path_of(step.text);
     char why[sizeof error->message];
     bool gone = path && strcmp(path, s->scene.source.path) != 0;
     int count = 1 + history_drop(&s->history, direction, gone ? is_of : NULL, path);
@@ -235,7 +241,7 @@ void session_history_back(struct session *s, int direction, char *text, struct p
     memcpy(error->message, why, sizeof why);
     s->state_dirty = true;
     free(path);
-    free(text);
+    free(step.text);
 }
 
 bool run_undo(struct call *call)

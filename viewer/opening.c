@@ -11,7 +11,8 @@
 
 struct session_opening {
     struct session *session;
-    char *path, *array, *scene; /* owned; path NULL: params.open */
+    char *path, *array; /* owned; path NULL: params.open */
+    struct history_step step;
     int direction;
     atomic_bool cancel;
     double told_ms;
@@ -21,7 +22,7 @@ static void opening_free(struct session_opening *o)
 {
     free(o->path);
     free(o->array);
-    free(o->scene);
+    free(o->step.text);
     free(o);
 }
 
@@ -72,7 +73,7 @@ static bool read_samples(const struct session_opening *o, struct session_opened 
     const struct pel_source *source = &out->scene.source;
     struct reading reading = { o->session, source->path };
     struct pel_read_params params = { source->array[0] ? source->array : NULL, source->raw[0] ? source->raw : NULL, *progress,
-                                      o->scene ? NULL : may_read, &reading }; /* what a snapshot names was open before */
+                                      o->step.text ? NULL : may_read, &reading }; /* what a snapshot names was open before */
     struct pel_volume magnitude;
     if (!pel_read_volume(source->path, &params, &out->volume, &out->info, error))
         return false;
@@ -92,7 +93,7 @@ static bool find_source(const struct session_opening *o, struct session_opened *
 {
     struct pel_scene *scene = &out->scene;
     bool scene_file = o->path && has_ending(o->path, ".json");
-    if (o->scene || !o->path) {
+    if (o->step.text || !o->path) {
         *has = (struct pel_scene_parts) { true, true, true, true, true, true, true };
         return true;
     }
@@ -114,7 +115,7 @@ static bool open_path(const struct session_opening *o, struct session_opened *ou
 {
     struct pel_scene_parts has = { 0 };
     pel_volume_init(&out->volume);
-    if (o->scene ? !session_scene_from_snapshot(o->scene, NULL, &out->scene, error) : !pel_scene_init(&out->scene, error))
+    if (o->step.text ? !session_scene_from_snapshot(o->step.text, NULL, &out->scene, error) : !pel_scene_init(&out->scene, error))
         return false;
     struct pel_scene *scene = &out->scene;
     if (!find_source(o, out, &has, error) || !read_samples(o, out, progress, error))
@@ -139,13 +140,20 @@ failed:
 
 bool session_open_snapshot(const char *text, struct session_opened *opened, const struct pel_progress *progress, struct pel_error *error)
 {
-    struct session_opening o = { .scene = (char *)text };
+    struct session_opening o = { .step.text = (char *)text };
     return open_path(&o, opened, progress, error);
 }
 
 /* ---- taking over ---- */
 
-static void adopt(struct session_opening *o, struct session_opened *opened, struct session_volume *volume, char *before)
+void session_take_start(struct session *s, const struct history_step *step)
+{
+    s->start = step->start;
+    s->start_fitted = step->fitted;
+    session_fit_again(s);
+}
+
+static void adopt(struct session_opening *o, struct session_opened *opened, struct session_volume *volume, struct history_step before)
 {
     struct session *s = o->session;
     struct pel_scene *scene = &opened->scene;
@@ -161,7 +169,7 @@ static void adopt(struct session_opening *o, struct session_opened *opened, stru
     volume->volume = opened->volume;
     volume->info = opened->info;
     scene->volume = &volume->volume;
-    if (before)
+    if (before.text)
         history_push(&s->history, 0, 0, before);
     if (s->volume)
         session_volume_release(s->volume);
@@ -172,6 +180,8 @@ static void adopt(struct session_opening *o, struct session_opened *opened, stru
     if (s->start_fitted)
         session_fit_camera(s, &s->scene.camera);
     s->start = s->scene.camera;
+    if (o->direction)
+        session_take_start(s, &o->step);
     for (int i = 0; i < SESSION_MOST_CLIENTS; i++)
         s->clients[i].slices = false;
     session_slices_leave(s);
@@ -221,8 +231,8 @@ static void failed(struct session_opening *o, struct pel_error *error)
     const struct call call = { .name = "open" };
     session_tell_progress(s, 0, "open", 1);
     if (o->direction) {
-        session_history_back(s, o->direction, o->scene, error);
-        o->scene = NULL;
+        session_history_back(s, o->direction, o->step, error);
+        o->step.text = NULL;
     }
     session_tell_error(s, 0, error, &call);
     s->failed |= !o->path;
@@ -236,7 +246,7 @@ static void *run(void *user)
     struct pel_error error = PEL_ERROR_INIT;
     const struct pel_progress progress = { report, o };
     struct session_volume *volume = calloc(1, sizeof *volume);
-    bool fine = volume ? o->path || o->scene ? open_path(o, &opened, &progress, &error)
+    bool fine = volume ? o->path || o->step.text ? open_path(o, &opened, &progress, &error)
                                              : s->params.open(s->params.open_user, &opened, &progress, &error)
                        : session_fail(&error, PEL_ERROR_MEMORY, "no memory for a volume");
     if (fine && !session_is_text(opened.scene.source.path)) { /* no scene, no step of undo could tell of it */
@@ -248,8 +258,8 @@ static void *run(void *user)
     }
     pthread_mutex_lock(&s->lock);
     if (fine) {
-        char *before = s->volume && !o->direction ? pel_scene_to_text(&s->scene, NULL, NULL) : NULL;
-        adopt(o, &opened, volume, before);
+        const struct history_step none = { .text = NULL };
+        adopt(o, &opened, volume, s->volume && !o->direction ? session_step(s, NULL) : none);
         if (s->params.record && !o->path)
             record_scene(s->params.record, &s->scene, s->start_fitted);
         session_tell_progress(s, 0, "open", 1);
@@ -273,7 +283,8 @@ static void *run(void *user)
     return NULL;
 }
 
-bool session_open(struct session *s, const char *path, const char *array, char *scene, int direction, struct pel_error *error)
+bool session_open(struct session *s, const char *path, const char *array, const struct history_step *step, int direction,
+                  struct pel_error *error)
 {
     struct session_opening *o = calloc(1, sizeof *o);
     bool fine = o && (!path || (o->path = strdup(path))) && (!array || !array[0] || (o->array = strdup(array)));
@@ -285,19 +296,20 @@ bool session_open(struct session *s, const char *path, const char *array, char *
         else
             session_fail(error, PEL_ERROR_MEMORY, "no memory to open a file");
         if (direction)
-            session_history_keep(s, direction, scene);
+            session_history_keep(s, direction, *step);
         return false;
     }
     o->session = s;
-    o->scene = scene;
+    if (step)
+        o->step = *step;
     o->direction = direction;
     if (session_thread(s, run, o, error)) {
         s->opening = o; /* the thread waits for the lock before it takes this back */
         return true;
     }
     if (direction) {
-        session_history_keep(s, direction, o->scene);
-        o->scene = NULL;
+        session_history_keep(s, direction, o->step);
+        o->step.text = NULL;
     }
     opening_free(o);
     return false;

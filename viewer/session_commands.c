@@ -217,9 +217,9 @@ static bool check(const struct call *call, const struct session_command *command
 static bool run_edit(struct call *call, const struct session_command *command)
 {
     struct session *s = call->session;
-    char *before = NULL;
+    struct history_step before = { .text = NULL };
     bool step = !session_open_steps(s) && history_begins(&s->history, call->client->number, call->gesture);
-    if (step && !(before = pel_scene_to_text(&s->scene, NULL, call->error)))
+    if (step && !(before = session_step(s, call->error)).text)
         return false;
     bool fine = command->run(call);
     if (fine) {
@@ -227,16 +227,16 @@ static bool run_edit(struct call *call, const struct session_command *command)
         session_changed(s, camera);
         s->state_dirty |= !camera || !session_held(s);
     }
-    if (fine && before) {
+    if (fine && before.text) {
         char *after = pel_scene_to_text(&s->scene, NULL, NULL);
-        if (!after || strcmp(before, after) != 0) {
+        if (!after || strcmp(before.text, after) != 0) {
             history_push(&s->history, call->client->number, call->gesture, before);
             s->state_dirty = true;
-            before = NULL;
+            before.text = NULL;
         }
         free(after);
     }
-    free(before);
+    free(before.text);
     return fine;
 }
 

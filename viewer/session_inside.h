@@ -141,9 +141,10 @@ bool session_take_options(struct pel_renderer *renderer, const struct pel_scene 
 
 /* ---- opening.c ---- */
 
-/* Starts to read `path` (NULL: what params.open gives); `scene` (owned, nullable) is text of a scene to be taken over then, as undo
- * (direction -1) and redo (1) do; 0: a step of its own. */
-bool session_open(struct session *session, const char *path, const char *array, char *scene, int direction, struct pel_error *error);
+/* Starts to read `path` (NULL: what params.open gives). `step` (taken over, nullable) is what undo (direction -1) or redo (1) go to with it;
+ * direction 0: it is a step of its own. */
+bool session_open(struct session *session, const char *path, const char *array, const struct history_step *step, int direction,
+                  struct pel_error *error);
 void session_open_cancel(struct session *session);
 /* Is a file being read for a step of undo or redo? */
 bool session_open_steps(const struct session *session);
@@ -182,11 +183,15 @@ bool session_copy_scene(const struct session *session, struct pel_scene *copy, s
 
 /* The scene of a snapshot, to be finished; what the snapshot does not say is empty. */
 bool session_scene_from_snapshot(const char *text, const struct pel_volume *volume, struct pel_scene *scene, struct pel_error *error);
-/* A step of undo (-1) or redo (1) that gave `text` (owned) could not be taken: not now, so it stays a step; or, as `error` says, not ever:
+/* What is now, as a step to come back to; its text is NULL on failure. */
+struct history_step session_step(const struct session *session, struct pel_error *error);
+/* A step of undo (-1) or redo (1) that gave `step` (taken over) could not be taken: not now, so it stays a step; or, as `error` says, not ever:
  * then it is dropped, with the steps beyond it that are of the same other file, and `error` tells of it. */
-void session_history_back(struct session *session, int direction, char *text, struct pel_error *error);
+void session_history_back(struct session *session, int direction, struct history_step step, struct pel_error *error);
+/* What `reset` goes back to is as it was at that step. */
+void session_take_start(struct session *session, const struct history_step *step);
 /* It stays a step. */
-void session_history_keep(struct session *session, int direction, char *text);
+void session_history_keep(struct session *session, int direction, struct history_step step);
 
 /* The picture's size, anew from what the clients that are there have room for. */
 void session_size_again(struct session *session);

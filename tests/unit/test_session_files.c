@@ -89,6 +89,15 @@ static void *saved(struct files *f, uint64_t *size)
     return bytes;
 }
 
+static void put(const char *folder, const char *name, size_t at, const char *bytes)
+{
+    char path[512];
+    snprintf(path, sizeof path, "%s/%s", folder, name);
+    int fd = open(path, O_CREAT | O_WRONLY, 0600);
+    assert_int_equal(pwrite(fd, bytes, strlen(bytes), (off_t)at), (ssize_t)strlen(bytes));
+    close(fd);
+}
+
 /* A picture that is saved is of what was open when it was asked for, and comes to its end whatever is opened meanwhile. */
 static void test_picture_across_open(void **state)
 {
@@ -118,6 +127,48 @@ static void test_picture_across_open(void **state)
     assert_int_equal(errors(&f.face), 0);
     free(before);
     free(after);
+    done(&f);
+}
+
+/* Back in a file `reset` leads to its own start, be that fitted or said by a scene file. */
+static void test_reset_across_open(void **state)
+{
+    static const char reset[] = "{\"do\":\"reset\"}", turn[] = "{\"do\":\"rotate\",\"by\":[0.2,0.1]}", undo[] = "{\"do\":\"undo\"}";
+    static const char text[] = "{\"volume\":{\"path\":\"a.nrrd\"},\"camera\":{\"camera-position\":[7,1,2]}}";
+    (void)state;
+    struct files f;
+    char path[256];
+    size_t size;
+    begin(&f);
+    show(&f, f.a);
+    void *picture = rest(&f.face, &size);
+    assert_true(say(&f.face, 1, turn));
+    show(&f, f.b);
+    assert_true(say(&f.face, 1, undo));
+    assert_false(same(&f.face, picture, size));
+    assert_true(say(&f.face, 1, reset));
+    assert_true(same(&f.face, picture, size));
+    assert_true(say(&f.face, 1, "{\"do\":\"size\",\"size\":[64,96]}"));
+    json_t *fitted = json_deep_copy(part(&f.face, "camera", "camera-position"));
+    show(&f, f.a);
+    assert_true(json_equal(part(&f.face, "camera", "camera-position"), fitted));
+    json_decref(fitted);
+    snprintf(path, sizeof path, "%s/scene.json", f.folder);
+    put(f.folder, "scene.json", 0, text);
+    assert_true(say_of(&f, "{\"do\":\"open\",\"path\":\"%s\"}", path));
+    json_t *said = json_deep_copy(part(&f.face, "camera", "camera-position"));
+    assert_true(json_number_value(json_array_get(said, 0)) == 7);
+    show(&f, f.b);
+    assert_true(say(&f.face, 1, undo));
+    session_settle(f.face.session, true);
+    assert_true(say(&f.face, 1, turn));
+    assert_false(json_equal(part(&f.face, "camera", "camera-position"), said));
+    assert_true(say(&f.face, 1, reset));
+    assert_true(json_equal(part(&f.face, "camera", "camera-position"), said));
+    assert_int_equal(errors(&f.face), 0);
+    json_decref(said);
+    unlink(path);
+    free(picture);
     done(&f);
 }
 
@@ -233,15 +284,6 @@ static json_t *entry(struct files *f, const char *name)
     return found;
 }
 
-static void put(const char *folder, const char *name, size_t at, const char *bytes)
-{
-    char path[512];
-    snprintf(path, sizeof path, "%s/%s", folder, name);
-    int fd = open(path, O_CREAT | O_WRONLY, 0600);
-    assert_int_equal(pwrite(fd, bytes, strlen(bytes), (off_t)at), (ssize_t)strlen(bytes));
-    close(fd);
-}
-
 static void drop(const char *folder, const char *const *names)
 {
     char path[2048];
@@ -287,6 +329,7 @@ int main(void)
         cmocka_unit_test(test_picture_across_open),   cmocka_unit_test(test_undo_to_a_file_that_is_gone),
         cmocka_unit_test(test_edit_while_undo_reads), cmocka_unit_test(test_names_that_are_no_text),
         cmocka_unit_test(test_downloads_expire),      cmocka_unit_test(test_series),
+        cmocka_unit_test(test_reset_across_open),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
