@@ -269,6 +269,13 @@ static void *pack(void *user)
         fd = job->format ? movie_end(job->movie, &error) : picture_file(job, &error);
     pthread_mutex_lock(&s->lock);
     job->packing = false;
+    if (job->cancelled) {
+        if (fd >= 0)
+            close(fd);
+        fd = -1;
+        session_fail(&error, PEL_ERROR_CANCELLED, "cancelled");
+        ends = true;
+    }
     if (ends)
         finish_job(s, job, fd, &error);
     else

@@ -10,6 +10,7 @@
 #include <cmocka.h>
 
 #include "session_face.h"
+#include "session_inside.h"
 
 /* Events of a kind to a client. */
 static int told(struct face *face, int client, const char *kind)
@@ -56,6 +57,27 @@ static void test_jobs(void **state)
     assert_int_equal(told(&face, 1, "download") + told(&face, 2, "download"), 1);
     assert_true(told(&face, 2, "progress") > 0);
     assert_int_equal(told(&face, 3, "progress") + told(&face, 0, "progress"), 1); /* that the volume was read */
+    finish(&face);
+}
+
+/* It is cancelled while it is packed, too. */
+static void test_cancel_while_packing(void **state)
+{
+    (void)state;
+    struct face face;
+    start(&face);
+    session_settle(face.session, true);
+    assert_true(say(&face, 1, "{\"do\":\"picture\",\"size\":[2048,2048]}"));
+    for (bool packs = false; !packs;) { /* at rest no other thread of the session is at work */
+        usleep(1000);
+        pthread_mutex_lock(&face.session->lock);
+        packs = face.session->readers > 0;
+        pthread_mutex_unlock(&face.session->lock);
+    }
+    assert_true(say(&face, 1, "{\"do\":\"cancel\"}"));
+    session_settle(face.session, true);
+    assert_int_equal(told(&face, 1, "download"), 0);
+    assert_string_equal(json_string_value(json_object_get(last(&face, "error"), "code")), "cancelled");
     finish(&face);
 }
 
@@ -186,6 +208,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_sizes),
         cmocka_unit_test(test_jobs),
+        cmocka_unit_test(test_cancel_while_packing),
         cmocka_unit_test(test_slices),
         cmocka_unit_test(test_slices_stop_a_picture),
         cmocka_unit_test(test_full_quality_is_stopped),
