@@ -126,7 +126,7 @@ static void sleep_until(double ms)
     nanosleep(&t, NULL);
 }
 
-/* A file is read by a thread of the session's own: what came after it was meant for what it holds. */
+/* A file is read by a thread of the session's own: what comes after it here is meant for what it holds. */
 static bool opens(const json_t *command)
 {
     const char *name = json_string_value(json_object_get(command, "do"));
@@ -138,6 +138,8 @@ static void feed(struct session *session, const struct recording *recording, boo
     double start = tool_milliseconds() - (recording->count ? recording->commands[0].at_ms : 0);
     for (size_t i = 0; i < recording->count && !interruption(); i++) {
         const struct recorded *r = &recording->commands[i];
+        if (!r->client)
+            continue;
         if (!fast)
             sleep_until(start + r->at_ms);
         if (r->command)

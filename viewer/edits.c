@@ -187,7 +187,7 @@ static bool go(struct call *call, int direction)
         memcpy(path, scene.source.path, sizeof path);
         memcpy(array, scene.source.array, sizeof array);
         pel_scene_finish(&scene);
-        return session_open(s, path, array, &step, direction, call->error);
+        return session_open(s, call, path, array, &step, direction, call->error);
     }
     if (fine)
         session_drop_impossible_technique(s, &scene); /* another device may draw now */

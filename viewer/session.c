@@ -53,7 +53,7 @@ static void init_locks(struct session *s)
 static bool start_threads(struct session *s, struct pel_error *error)
 {
     pthread_mutex_lock(&s->lock);
-    bool opening = !s->params.open || session_open(s, NULL, NULL, NULL, 0, error);
+    bool opening = !s->params.open || session_open(s, NULL, NULL, NULL, NULL, 0, error);
     pthread_mutex_unlock(&s->lock);
     if (!opening)
         return false;
@@ -189,8 +189,10 @@ void session_leave(struct session *s, int number)
     struct session_client *client = client_of(s, number, false);
     if (client) {
         bool held = client->held;
-        if (s->params.record)
+        if (s->params.record) {
             record_leave(s->params.record, session_now() - s->started_ms, number);
+            s->recorded++;
+        }
         *client = (struct session_client) { .number = 0 };
         session_jobs_cancel(s, number);
         session_slices_leave(s);

@@ -66,6 +66,7 @@ struct session {
     int readers;                    /* threads of session_thread that are at work */
     struct session_helper *helpers; /* these, and those that ended and are not joined yet */
     int listings;                   /* of these, that list a folder */
+    uint64_t recorded;              /* entries of the recording: commands, and clients that left */
     double started_ms;
     char **paths; /* real paths that may be opened; NULL at the end */
     int named;    /* so many of them were named at the start; the others are uploads */
@@ -141,10 +142,10 @@ bool session_take_options(struct pel_renderer *renderer, const struct pel_scene 
 
 /* ---- opening.c ---- */
 
-/* Starts to read `path` (NULL: what params.open gives). `step` (taken over, nullable) is what undo (direction -1) or redo (1) go to with it;
+/* Starts to read `path` (NULL: what params.open gives), for `asker` (nullable), who is told where it fails. `step` (taken over, nullable) is what undo (direction -1) or redo (1) go to with it;
  * direction 0: it is a step of its own. */
-bool session_open(struct session *session, const char *path, const char *array, const struct history_step *step, int direction,
-                  struct pel_error *error);
+bool session_open(struct session *session, const struct call *asker, const char *path, const char *array, const struct history_step *step,
+                  int direction, struct pel_error *error);
 void session_open_cancel(struct session *session);
 /* Is a file being read for a step of undo or redo? */
 bool session_open_steps(const struct session *session);
@@ -260,8 +261,8 @@ void session_jobs_finish(struct session *session);
 
 /* ---- folders.c ---- */
 
-/* session_may_open, with the lock held. */
-bool session_path_allowed(const struct session *session, const char *path);
+/* Is it a file that was named at the start, itself and not a folder that it is in? Without the lock. */
+bool session_is_named(struct session *session, const char *path);
 bool run_list(struct call *call);
 bool run_open(struct call *call);
 

@@ -20,7 +20,7 @@ struct files {
     char folder[64], a[256], b[256];
 };
 
-static void begin(struct files *f)
+static void make(struct files *f)
 {
     struct pel_volume volume;
     strcpy(f->folder, "/tmp/pellucid-session-XXXXXX");
@@ -34,6 +34,11 @@ static void begin(struct files *f)
     pel_volume_update_range(&volume);
     assert_true(pel_write_volume(f->b, &volume, NULL, NULL));
     pel_volume_finish(&volume);
+}
+
+static void begin(struct files *f)
+{
+    make(f);
     start_with(&f->face, (const char *const[]) { f->folder, NULL }, NULL, NULL, NULL);
     assert_true(say(&f->face, 1, "{\"do\":\"hello\",\"size\":[96,64]}"));
 }
@@ -294,6 +299,62 @@ static void drop(const char *folder, const char *const *names)
     assert_int_equal(rmdir(folder), 0);
 }
 
+static void assert_refused(struct files *f, const char *path, const char *why)
+{
+    int before = errors(&f->face);
+    assert_true(say_of(f, "{\"do\":\"open\",\"path\":\"%s\",\"id\":7}", path));
+    session_settle(f->face.session, false);
+    assert_int_equal(errors(&f->face), before + 1);
+    json_t *error = last(&f->face, "error");
+    assert_non_null(strstr(json_string_value(json_object_get(error, "message")), why));
+    assert_int_equal(json_integer_value(json_object_get(error, "_to")), 1); /* who asked */
+    assert_int_equal(json_integer_value(json_object_get(error, "id")), 7);
+    assert_string_equal(json_string_value(json_object_get(error, "do")), "open");
+    assert_null(json_object_get(error, "code"));
+}
+
+/* What is named at the start is read with whatever it names, as the first file is; what else lies beside it is not. A pipe would keep its
+ * reader for ever. */
+static void test_named_and_refused(void **state)
+{
+    static const char *const names[] = { "head.nhdr", "other.nhdr", "head.raw", "scene.json", NULL };
+    static const char header[] = "NRRD0004\ntype: uint8\ndimension: 3\nsizes: 4 3 2\nencoding: raw\ndata file: head.raw\n";
+    (void)state;
+    struct files f;
+    char outside[] = "/tmp/pellucid-session-XXXXXX", named[64], scene_file[64], other[64], pipe_path[256], leak[256], text[256];
+    make(&f);
+    assert_non_null(mkdtemp(outside));
+    put(outside, "head.nhdr", 0, header);
+    put(outside, "other.nhdr", 0, header);
+    put(outside, "head.raw", 0, "abcdefghijklmnopqrstuvwx");
+    put(outside, "scene.json", 0, "{\"volume\":{\"path\":\"other.nhdr\"}}");
+    snprintf(named, sizeof named, "%s/head.nhdr", outside);
+    snprintf(other, sizeof other, "%s/other.nhdr", outside);
+    snprintf(scene_file, sizeof scene_file, "%s/scene.json", outside);
+    snprintf(pipe_path, sizeof pipe_path, "%s/pipe.nrrd", f.folder);
+    snprintf(leak, sizeof leak, "%s/leak.json", f.folder);
+    snprintf(text, sizeof text, "{\"volume\":{\"path\":\"%s\"}}", other);
+    put(f.folder, "leak.json", 0, text);
+    start_with(&f.face, (const char *const[]) { f.folder, named, scene_file, NULL }, NULL, NULL, NULL);
+    assert_true(say(&f.face, 1, "{\"do\":\"hello\",\"size\":[96,64]}"));
+    assert_true(say(&f.face, 2, "{\"do\":\"hello\",\"size\":[96,64]}"));
+    show(&f, named);
+    assert_true(say_of(&f, "{\"do\":\"open\",\"path\":\"%s\"}", scene_file));
+    session_settle(f.face.session, false);
+    assert_string_equal(json_string_value(json_object_get(last(&f.face, "volume"), "path")), other);
+    assert_int_equal(errors(&f.face), 0);
+    assert_refused(&f, other, "may be opened");
+    assert_refused(&f, leak, "may be opened");
+    assert_refused(&f, outside, "may be opened");
+    assert_int_equal(mkfifo(pipe_path, 0600), 0);
+    assert_refused(&f, pipe_path, "neither a file nor a folder");
+    show(&f, f.b);
+    unlink(pipe_path);
+    unlink(leak);
+    drop(outside, names);
+    done(&f);
+}
+
 /* A list tells which folders are opened as a whole. */
 static void test_series(void **state)
 {
@@ -329,7 +390,7 @@ int main(void)
         cmocka_unit_test(test_picture_across_open),   cmocka_unit_test(test_undo_to_a_file_that_is_gone),
         cmocka_unit_test(test_edit_while_undo_reads), cmocka_unit_test(test_names_that_are_no_text),
         cmocka_unit_test(test_downloads_expire),      cmocka_unit_test(test_series),
-        cmocka_unit_test(test_reset_across_open),
+        cmocka_unit_test(test_reset_across_open),     cmocka_unit_test(test_named_and_refused),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
