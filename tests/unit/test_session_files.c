@@ -14,61 +14,56 @@
 #include "downloads.h"
 #include "session_face.h"
 
-/* Two volumes in a folder, the first of them open. */
-struct files {
-    struct face face;
-    char folder[64], a[256], b[256];
-};
-
-static void make(struct files *f)
+static void test_open(void **state)
 {
+    (void)state;
+    char folder[] = "/tmp/pellucid-session-XXXXXX", path[256], text[512], outside[256];
     struct pel_volume volume;
-    strcpy(f->folder, "/tmp/pellucid-session-XXXXXX");
-    assert_non_null(mkdtemp(f->folder));
-    snprintf(f->a, sizeof f->a, "%s/a.nrrd", f->folder);
-    snprintf(f->b, sizeof f->b, "%s/b.nrrd", f->folder);
+    struct face face;
+    size_t size;
+    assert_non_null(mkdtemp(folder));
     assert_true(compute(&volume, NULL));
-    assert_true(pel_write_volume(f->a, &volume, NULL, NULL));
-    for (size_t i = 0; i < volume.dims[0] * volume.dims[1] * volume.dims[2]; i++)
-        ((float *)volume.data)[i] *= (float)(i % volume.dims[0]); /* another thing to see */
-    pel_volume_update_range(&volume);
-    assert_true(pel_write_volume(f->b, &volume, NULL, NULL));
+    snprintf(path, sizeof path, "%s/a.nrrd", folder);
+    assert_true(pel_write_volume(path, &volume, NULL, NULL));
+    snprintf(outside, sizeof outside, "%s-b.nrrd", folder);
+    assert_true(pel_write_volume(outside, &volume, NULL, NULL));
     pel_volume_finish(&volume);
-}
-
-static void begin(struct files *f)
-{
-    make(f);
-    start_with(&f->face, (const char *const[]) { f->folder, NULL }, NULL, NULL, NULL);
-    assert_true(say(&f->face, 1, "{\"do\":\"hello\",\"size\":[96,64]}"));
-}
-
-static bool say_of(struct files *f, const char *format, const char *path)
-{
-    char text[512];
-    snprintf(text, sizeof text, format, path);
-    return say(&f->face, 1, text);
-}
-
-static void show(struct files *f, const char *path)
-{
-    assert_true(say_of(f, "{\"do\":\"open\",\"path\":\"%s\"}", path));
-    assert_true(session_settle(f->face.session, false));
-    assert_string_equal(json_string_value(json_object_get(last(&f->face, "volume"), "path")), path);
-}
-
-static void done(struct files *f)
-{
-    finish(&f->face);
-    unlink(f->a);
-    unlink(f->b);
-    rmdir(f->folder);
-}
-
-static int steps(struct files *f, const char *which)
-{
-    session_settle(f->face.session, true);
-    return (int)json_integer_value(json_object_get(last(&f->face, "state"), which));
+    start_with(&face, (const char *const[]) { folder, NULL }, NULL, NULL, NULL);
+    assert_true(say(&face, 1, "{\"do\":\"hello\",\"size\":[96,64]}"));
+    assert_true(json_is_true(json_object_get(last(&face, "hello"), "empty")));
+    assert_false(say(&face, 1, "{\"do\":\"rotate\",\"by\":[0,0]}")); /* nothing is open */
+    for (int i = 0; i < 2; i++) { /* answered by another thread, for a disk may be slow */
+        snprintf(text, sizeof text, "{\"do\":\"list\",\"path\":\"%s\",\"id\":%d}", i ? "/no/such" : "/", i);
+        assert_true(say(&face, 1, text));
+        session_settle(face.session, false);
+        assert_int_equal(json_integer_value(json_object_get(last(&face, "error"), "id")), i);
+        assert_null(last(&face, "files"));
+    }
+    snprintf(text, sizeof text, "{\"do\":\"list\",\"path\":\"%s\"}", folder);
+    assert_true(say(&face, 1, text));
+    session_settle(face.session, false);
+    assert_int_equal(json_array_size(json_object_get(last(&face, "files"), "entries")), 1);
+    assert_true(json_is_null(json_object_get(last(&face, "files"), "parent")));
+    snprintf(text, sizeof text, "{\"do\":\"open\",\"path\":\"%s/../%s\",\"id\":9}", folder, strrchr(outside, '/') + 1);
+    assert_true(say(&face, 1, text)); /* answered by another thread, too */
+    session_settle(face.session, false);
+    assert_int_equal(json_integer_value(json_object_get(last(&face, "error"), "id")), 9);
+    assert_null(last(&face, "volume"));
+    snprintf(text, sizeof text, "{\"do\":\"open\",\"path\":\"%s\"}", path);
+    assert_true(say(&face, 1, text));
+    void *picture = rest(&face, &size);
+    assert_true(say(&face, 1, "{\"do\":\"view\",\"axis\":\"-y\"}"));
+    assert_false(same(&face, picture, size));
+    assert_true(say(&face, 1, text)); /* again: with all of it chosen anew */
+    assert_true(same(&face, picture, size));
+    assert_true(say(&face, 1, "{\"do\":\"undo\"}"));
+    assert_true(say(&face, 1, "{\"do\":\"undo\"}"));
+    assert_true(same(&face, picture, size));
+    free(picture);
+    finish(&face);
+    unlink(path);
+    unlink(outside);
+    rmdir(folder);
 }
 
 static int count(struct files *f, const char *kind)
@@ -92,15 +87,6 @@ static void *saved(struct files *f, uint64_t *size)
     assert_int_equal(pread(fd, bytes, *size, 0), (ssize_t)*size);
     close(fd);
     return bytes;
-}
-
-static void put(const char *folder, const char *name, size_t at, const char *bytes)
-{
-    char path[512];
-    snprintf(path, sizeof path, "%s/%s", folder, name);
-    int fd = open(path, O_CREAT | O_WRONLY, 0600);
-    assert_int_equal(pwrite(fd, bytes, strlen(bytes), (off_t)at), (ssize_t)strlen(bytes));
-    close(fd);
 }
 
 /* A picture that is saved is of what was open when it was asked for, and comes to its end whatever is opened meanwhile. */
@@ -387,6 +373,7 @@ static void test_series(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_open),
         cmocka_unit_test(test_picture_across_open),   cmocka_unit_test(test_undo_to_a_file_that_is_gone),
         cmocka_unit_test(test_edit_while_undo_reads), cmocka_unit_test(test_names_that_are_no_text),
         cmocka_unit_test(test_downloads_expire),      cmocka_unit_test(test_series),
