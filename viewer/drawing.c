@@ -4,7 +4,6 @@
  *   the slices that were asked for; the picture in full quality, once things rest; further frames of it, averaged; pictures and movies to
  * be saved. What is not motion stops at its next report when a command comes. Commands never wait for a picture: each picture has a copy of
  * the scene. */
-#include <errno.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -16,7 +15,7 @@
 #define QUIET_MS 120.0
 /* Between two pictures of a refinement that are sent. */
 #define REFINED_MS 700.0
-static const char fast[] = "slices2d";
+static const char fast[] = "slices2d", usual[] = "raycast";
 /* Of the time for a picture of motion, what the fast technique may take to draw it; what is left is for its way to the page. */
 #define DRAWING_SHARE 0.6
 
@@ -76,7 +75,7 @@ static bool go_on(void *user, double fraction)
 
 const char *session_technique(const struct pel_scene *scene)
 {
-    return scene->technique.name[0] ? scene->technique.name : "raycast";
+    return scene->technique.name[0] ? scene->technique.name : usual;
 }
 
 bool session_take_options(struct pel_renderer *renderer, const struct pel_scene *scene, const char *technique, struct pel_error *error)
@@ -284,16 +283,19 @@ static bool refine(struct drawer *d, struct frame_facts *f, bool *finished, stru
     return true;
 }
 
-/* Where a GPU refuses, also one that was asked for by name, the CPU draws from then on, and the event `devices` tells so. */
+/* Where a GPU refuses what the ray caster draws, also one that was asked for by name, the CPU draws from then on, and the event `devices`
+ * tells so. What another technique cannot draw is no reason to leave the GPU. */
 static bool leave_device(struct drawer *d, const struct pel_error *error)
 {
     struct session *s = d->session;
-    const struct pel_technique_info *info = pel_technique_find(d->technique);
     struct pel_renderer_params params = { .threads = s->params.threads, .progress = { go_on, d } };
-    if (!s->device || error->code != PEL_ERROR_UNSUPPORTED || !info || !(info->engines & PEL_ENGINE_CPU))
+    struct pel_error told;
+    if (!s->device || error->code != PEL_ERROR_UNSUPPORTED || (strcmp(d->technique, usual) != 0 && strcmp(d->technique, "auto") != 0))
         return false;
+    session_fail(&told, error->code, "%.460s; the CPU draws from now on", error->message);
     pel_renderer_destroy(d->renderer);
     pthread_mutex_lock(&s->lock);
+    session_tell_error(s, 0, &told, NULL);
     pel_device_destroy(s->device);
     s->device = NULL;
     session_tell_devices(s);

@@ -13,21 +13,9 @@ bool session_copy_scene(const struct session *s, struct pel_scene *copy, struct 
     return pel_transfer_copy(&copy->transfer, &s->scene.transfer, error);
 }
 
-bool session_can_draw(const struct pel_technique_choice *technique, bool cpu, struct pel_error *error)
-{
-    const struct pel_technique_info *info = pel_technique_find(technique->name);
-    if (!technique->name[0])
-        return true;
-    if (!pel_renderer_take_technique(NULL, technique, error))
-        return false;
-    return !cpu || (info->engines & PEL_ENGINE_CPU) ||
-           session_fail(error, PEL_ERROR_UNSUPPORTED,
-                        "technique.name: %s draws on a GPU alone, not on the CPU; choose a GPU, or another technique", info->name);
-}
-
 void session_drop_impossible_technique(const struct session *s, struct pel_scene *scene)
 {
-    if (!session_can_draw(&scene->technique, !s->device, NULL))
+    if (!pel_technique_check(scene, s->device, NULL))
         scene->technique = (struct pel_technique_choice) { .name = "" };
 }
 
@@ -38,7 +26,7 @@ bool session_take_scene(struct session *s, struct pel_scene *changed, struct pel
         .isosurfaces = changed->render.mode == PEL_MODE_ISOSURFACE && changed->isosurface_count == 0,
         .slice = n[0] == 0 && n[1] == 0 && n[2] == 0,
     };
-    bool fine = session_can_draw(&changed->technique, !s->device, error) &&
+    bool fine = pel_technique_check(changed, s->device, error) &&
                 pel_scene_choose(changed, &missing, s->size[0], s->size[1], error) && pel_scene_check(changed, error);
     if (!fine) {
         pel_transfer_finish(&changed->transfer);

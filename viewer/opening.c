@@ -189,12 +189,12 @@ static void adopt(struct session_opening *o, struct session_opened *opened, stru
     struct pel_scene *scene = &opened->scene;
     if (opened->device)
         s->device = opened->device;
-    session_drop_impossible_technique(s, scene);
     volume->users = 1;
     volume->number = ++s->volumes;
     volume->volume = opened->volume;
     volume->info = opened->info;
     scene->volume = &volume->volume;
+    session_drop_impossible_technique(s, scene);
     if (before.text)
         history_push(&s->history, 0, 0, before);
     if (s->volume)

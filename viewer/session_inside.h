@@ -175,9 +175,7 @@ bool call_has(const struct call *call, const char *key);                      /*
 /* Takes over a changed scene (its transfer function, too) where it can be drawn. On failure nothing changes; `changed` is finished either
  * way. */
 bool session_take_scene(struct session *session, struct pel_scene *changed, struct pel_error *error);
-/* Can a scene's technique (none is named: the usual one) draw: on the CPU, or else on a GPU? */
-bool session_can_draw(const struct pel_technique_choice *technique, bool cpu, struct pel_error *error);
-/* A scene file or snapshot may name a technique that cannot draw here: then the usual one does. */
+/* A scene file or snapshot may name a technique that cannot draw it here: then the usual one does. */
 void session_drop_impossible_technique(const struct session *session, struct pel_scene *scene);
 /* A copy to change, to be given to session_take_scene. */
 bool session_copy_scene(const struct session *session, struct pel_scene *copy, struct pel_error *error);

@@ -134,6 +134,7 @@ static const char *const bad[] = {
     "{\"do\":\"set\",\"scene\":{\"technique\":{\"name\":\"magic\"}}}",
     "{\"do\":\"set\",\"scene\":{\"technique\":{\"name\":\"mesh\"}}}",
     "{\"do\":\"set\",\"scene\":{\"technique\":{\"name\":\"slices2d\",\"options\":{\"blend\":1e9}}}}",
+    "{\"do\":\"set\",\"scene\":{\"technique\":{\"name\":\"slices2d\"},\"render\":{\"mode\":\"mip\"}}}",
     "{\"do\":\"automatic\",\"what\":\"everything\"}",
     "{\"do\":\"automatic\"}",
     "{\"do\":\"colormap\",\"name\":\"mauve\",\"range\":[0,1]}",

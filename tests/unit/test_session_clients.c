@@ -167,6 +167,47 @@ static void test_full_quality_is_stopped(void **state)
     finish(&face);
 }
 
+/* A volume that is longer than a stack of textures can be. */
+static bool open_on_gpu(void *user, struct session_opened *opened, const struct pel_progress *progress, struct pel_error *error)
+{
+    if (!open_computed(user, opened, progress, error))
+        return false;
+    pel_volume_finish(&opened->volume);
+    pel_volume_init(&opened->volume);
+    if (!pel_volume_allocate(&opened->volume, (const size_t[3]) { 70000, 2, 2 }, PEL_U8, 1, error))
+        return false;
+    memset(opened->volume.data, 200, 140000);
+    pel_volume_update_range(&opened->volume);
+    opened->device = pel_device_create(-1, NULL, NULL);
+    return true;
+}
+
+/* What one technique cannot draw on the GPU is told to all, and the GPU goes on with the next. */
+static void test_gpu_stays(void **state)
+{
+    (void)state;
+    struct face face;
+    start_with(&face, NULL, NULL, open_on_gpu, NULL);
+    assert_true(say(&face, 1, "{\"do\":\"hello\",\"size\":[96,64]}"));
+    session_settle(face.session, true);
+    const char *kind = json_string_value(json_object_get(json_object_get(last(&face, "hello"), "device"), "kind"));
+    if (strcmp(kind, "cpu") == 0) {
+        finish(&face);
+        skip(); /* there is no GPU, not even one in software */
+    }
+    assert_int_equal(errors(&face), 0);
+    assert_true(say(&face, 1, "{\"do\":\"set\",\"scene\":{\"technique\":{\"name\":\"slices2d\"}}}"));
+    session_settle(face.session, true);
+    assert_true(told(&face, 0, "error") > 0);
+    assert_non_null(strstr(json_string_value(json_object_get(last(&face, "error"), "message")), "stacks"));
+    assert_int_equal(told(&face, 0, "devices"), 0);
+    int finals = face.finals;
+    assert_true(say(&face, 1, "{\"do\":\"undo\"}"));
+    session_settle(face.session, true);
+    assert_int_equal(face.finals, finals + 1);
+    finish(&face);
+}
+
 static void assert_size(struct face *face, int width, int height)
 {
     session_settle(face->session, true);
@@ -207,6 +248,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_sizes),
+        cmocka_unit_test(test_gpu_stays),
         cmocka_unit_test(test_jobs),
         cmocka_unit_test(test_cancel_while_packing),
         cmocka_unit_test(test_slices),
