@@ -46,18 +46,12 @@ struct watcher {
     int errors; /* that the recording did not have */
 };
 
-static double number_behind(const char *text, const char *key)
-{
-    const char *at = strstr(text, key);
-    return at ? strtod(at + strlen(key), NULL) : 0;
-}
-
 static void on_frame(void *user, const struct session_frame *frame)
 {
     struct watcher *w = user;
     if (strcmp(frame->view, "main") != 0)
         return;
-    double ms = number_behind(frame->header, "\"draw\":") + number_behind(frame->header, "\"encode\":");
+    double ms = frame->draw_ms + frame->encode_ms;
     pthread_mutex_lock(&w->lock);
     size_t *count = frame->lossless ? &w->rest.count : &w->moving.count, *room = frame->lossless ? &w->rest.room : &w->moving.room;
     double **list = frame->lossless ? &w->rest.ms : &w->moving.ms;

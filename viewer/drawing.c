@@ -51,7 +51,8 @@ bool session_held(const struct session *s)
 
 void session_interrupt(struct session *s)
 {
-    atomic_store(&s->abort, SESSION_CHANGED);
+    if (!s->quit) /* the end is not to be taken for a change */
+        atomic_store(&s->abort, SESSION_CHANGED);
     pthread_cond_signal(&s->wake);
 }
 
@@ -205,6 +206,11 @@ static bool draw(struct drawer *d, const char *technique, double budget_ms, stru
     return true;
 }
 
+static bool send(struct drawer *d, const struct pel_image *image, struct frame_facts *f, struct pel_error *error)
+{
+    return session_send_frame(d->session, d->encoder, image, f, &(struct pel_progress) { go_on, d }, error);
+}
+
 /* By the fast technique, which leaves slices out to keep to the budget. */
 static bool draw_fast(struct drawer *d, struct frame_facts *f, struct pel_error *error)
 {
@@ -237,7 +243,8 @@ static bool draw_moving(struct drawer *d, struct frame_facts *f, enum pace_kind 
         !(slow ? draw_quickly(d, f, error) : draw(d, d->technique, 0, &d->moving, f, error)))
         return false;
     f->quality = "moving";
-    session_send_frame(d->session, d->encoder, &d->moving, f);
+    if (!send(d, &d->moving, f, error))
+        return false;
     double ms = session_now() - start;
     if (!slow)
         return true;
@@ -264,8 +271,7 @@ static bool draw_full(struct drawer *d, struct frame_facts *f, bool *finished, s
     f->quality = f->final && d->scene.render.refine > 0 ? "refined" : "full";
     d->rest = *f;
     d->refined_sent_ms = session_now();
-    session_send_frame(d->session, d->encoder, &d->full, f);
-    return true;
+    return send(d, &d->full, f, error);
 }
 
 /* One more frame into the mean of the picture at rest. That it is finished is never noted without the final picture sent. */
@@ -277,7 +283,8 @@ static bool refine(struct drawer *d, struct frame_facts *f, bool *finished, stru
     if (*finished || session_now() - d->refined_sent_ms > REFINED_MS) {
         f->quality = "refined";
         f->final = *finished;
-        session_send_frame(d->session, d->encoder, &d->full, f);
+        if (!send(d, &d->full, f, error))
+            return false;
         d->refined_sent_ms = session_now();
     }
     return true;

@@ -86,9 +86,14 @@ bool run_automatic(struct call *call)
 bool run_colormap(struct call *call)
 {
     const char *name = call_text(call, "name", 64);
+    struct pel_scene changed;
     double range[2];
-    return name && call_numbers(call, "range", 2, range) &&
-           pel_transfer_set_colormap(&call->session->scene.transfer, name, range[0], range[1], call->error);
+    if (!name || !call_numbers(call, "range", 2, range) || !session_copy_scene(call->session, &changed, call->error))
+        return false;
+    if (pel_transfer_set_colormap(&changed.transfer, name, range[0], range[1], call->error))
+        return session_take_scene(call->session, &changed, call->error);
+    pel_transfer_finish(&changed.transfer);
+    return false;
 }
 
 bool run_import(struct call *call)

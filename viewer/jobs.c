@@ -82,8 +82,7 @@ static bool add(struct call *call, struct session_job *job)
     return true;
 }
 
-/* A picture beyond the machine's memory would be given by the operating system, and end the program halfway. */
-static bool check_memory(const int size[2], struct pel_error *error)
+bool session_check_memory(const int size[2], struct pel_error *error)
 {
     double bytes = (double)size[0] * size[1] * (2 * 4 * sizeof(float) + 8),
            memory = (double)sysconf(_SC_PHYS_PAGES) * (double)sysconf(_SC_PAGESIZE);
@@ -94,7 +93,7 @@ static bool check_memory(const int size[2], struct pel_error *error)
 
 static struct session_job *job_new(struct call *call, const char *what, const int size[2], bool background)
 {
-    struct session_job *job = check_memory(size, call->error) ? calloc(1, sizeof *job) : NULL;
+    struct session_job *job = session_check_memory(size, call->error) ? calloc(1, sizeof *job) : NULL;
     if (job)
         *job = (struct session_job) { .what = what, .size = { size[0], size[1] }, .background = background, .frames = 1 };
     else if (!call->error->code)
@@ -135,7 +134,7 @@ bool run_movie(struct call *call)
     const struct movie_format *format = movie_format(word);
     if (!format)
         return session_fail(call->error, PEL_ERROR_ARGUMENT, "format: \"%s\" is no kind of movie; give \"webp\" or \"png\"", word);
-    if (!background && !movie_has_alpha(format))
+    if (!background && !format->alpha)
         return session_fail(call->error, PEL_ERROR_ARGUMENT, "background: a movie of the format \"%s\" has one; give \"png\"", word);
     if (frames != floor(frames))
         return session_fail(call->error, PEL_ERROR_ARGUMENT, "frames: %g is no whole number", frames);
@@ -187,7 +186,7 @@ static int picture_file(struct session_job *job, struct pel_error *error)
     const void *bytes = NULL;
     size_t size = 0;
     bool small = (double)job->size[0] * job->size[1] <= SMALL_PIXELS;
-    int fd = encode_png(job->encoder, &job->image, background(job), small, &bytes, &size, error) ? download_file(error) : -1;
+    int fd = encode_png(job->encoder, &job->image, background(job), small, NULL, &bytes, &size, error) ? download_file(error) : -1;
     if (fd >= 0 && !download_write(fd, bytes, size, error)) {
         close(fd);
         fd = -1;
@@ -206,8 +205,8 @@ static void finish_job(struct session *s, struct session_job *job, int fd, const
         }
     session_tell_progress(s, job->client, job->what, 1);
     if (fd >= 0)
-        session_offer(s, job->client, fd, job->format ? movie_name(job->format) : "picture.png",
-                      job->format ? movie_type(job->format) : "image/png", &call);
+        session_offer(s, job->client, fd, job->format ? job->format->name : "picture.png",
+                      job->format ? job->format->type : "image/png", &call);
     else
         session_tell_error(s, job->client, error, &call);
     job_free(job);

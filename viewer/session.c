@@ -2,6 +2,7 @@
 /* The session's life, its clients, and a command's way in: parsed, noted in the recording, looked up, and run under the lock. */
 #include "session.h"
 
+#include <fcntl.h>
 #include <stdarg.h>
 #include <stdlib.h>
 #include <string.h>
@@ -255,7 +256,7 @@ int session_download(struct session *s, unsigned number, char name[128], const c
     pthread_mutex_lock(&s->lock);
     const struct download *entry = downloads_find(&s->downloads, number, session_now());
     if (entry) {
-        fd = dup(entry->fd);
+        fd = fcntl(entry->fd, F_DUPFD_CLOEXEC, 0);
         memcpy(name, entry->name, sizeof entry->name);
         *type = entry->type;
         *bytes = entry->bytes;

@@ -114,8 +114,10 @@ void session_size_again(struct session *s)
 
 static bool take_size(struct call *call)
 {
-    if (!call_size(call, "size", SESSION_MOST_SIDE, SESSION_MOST_PIXELS, call->client->size))
+    int size[2];
+    if (!call_size(call, "size", SESSION_MOST_SIDE, SESSION_MOST_PIXELS, size) || !session_check_memory(size, call->error))
         return false;
+    memcpy(call->client->size, size, sizeof size);
     session_size_again(call->session);
     return true;
 }

@@ -246,6 +246,8 @@ bool session_pick(struct call *call, double opacity, struct pel_pick *pick);
 bool run_picture(struct call *call);
 bool run_movie(struct call *call);
 bool run_cancel(struct call *call);
+/* A picture beyond the machine's memory would be given by the operating system, and end the program halfway. */
+bool session_check_memory(const int size[2], struct pel_error *error);
 /* Those of one client end. */
 void session_jobs_cancel(struct session *session, int client);
 /* Number of the oldest job's volume, which the renderer is to know. With the lock held. */
@@ -266,7 +268,7 @@ bool run_open(struct call *call);
 
 /* ---- frames.c ---- */
 
-/* Encodes and sends a picture. Called without the lock. */
+/* Encodes and sends a picture; `progress` may end that of a final one, which takes longest. Called without the lock. */
 struct frame_facts {
     const char *view, *quality;
     int of[2];
@@ -278,7 +280,8 @@ struct frame_facts {
     int64_t ids[SESSION_MOST_CLIENTS];
     int clients[SESSION_MOST_CLIENTS], client_count;
 };
-void session_send_frame(struct session *session, struct encoder *encoder, const struct pel_image *image, struct frame_facts *facts);
+bool session_send_frame(struct session *session, struct encoder *encoder, const struct pel_image *image, struct frame_facts *facts,
+                        const struct pel_progress *progress, struct pel_error *error);
 /* Notes whose commands the scene has, of all clients or of those that asked for slices: they get the picture. With the lock held. */
 void session_note_clients(const struct session *session, struct frame_facts *facts, bool slices);
 

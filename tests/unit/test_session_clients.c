@@ -113,6 +113,13 @@ static void test_slices(void **state)
     finish(&face);
 }
 
+/* From the next command on, which leaves session.abort as it is: until the thread that draws is at what came of it. */
+static void wait_until_drawing(struct face *face)
+{
+    while (atomic_load(&face->session->abort))
+        usleep(1000);
+}
+
 /* They do not wait for a large picture that is drawn to be saved. */
 static void test_slices_stop_a_picture(void **state)
 {
@@ -121,8 +128,9 @@ static void test_slices_stop_a_picture(void **state)
     start(&face);
     assert_true(say(&face, 1, "{\"do\":\"set\",\"scene\":{\"render\":{\"refine\":0,\"step\":0.01}}}"));
     session_settle(face.session, true);
+    atomic_store(&face.session->abort, SESSION_CHANGED);
     assert_true(say(&face, 1, "{\"do\":\"picture\",\"size\":[2048,2048]}")); /* seconds */
-    usleep(50000);
+    wait_until_drawing(&face);
     assert_true(say(&face, 1, "{\"do\":\"slices\",\"at\":[0,0,0],\"size\":[32,32]}"));
     for (int i = 0, slices = 0; i < 6000 && slices < 3; i++) {
         usleep(5000);
@@ -155,7 +163,7 @@ static void test_full_quality_is_stopped(void **state)
     assert_true(say(&face, 1, "{\"do\":\"set\",\"scene\":{\"render\":{\"step\":0.01}}}")); /* seconds */
     assert_true(say(&face, 1, "{\"do\":\"size\",\"size\":[2048,2048]}"));
     assert_true(say(&face, 1, "{\"do\":\"release\"}"));
-    usleep(20000);
+    wait_until_drawing(&face);
     assert_true(say(&face, 1, "{\"do\":\"hold\"}"));
     pthread_mutex_lock(&face.lock);
     face.unwanted = false;

@@ -12,6 +12,7 @@
 #include <cmocka.h>
 
 #include "downloads.h"
+#include "movie.h"
 #include "session_face.h"
 
 static void test_open(void **state)
@@ -341,6 +342,81 @@ static void test_named_and_refused(void **state)
     done(&f);
 }
 
+/* A file of nothing, as long as it is asked to be. */
+static int hollow(off_t size)
+{
+    int fd = download_file(NULL);
+    assert_int_equal(ftruncate(fd, size), 0);
+    return fd;
+}
+
+/* What is kept has room for so much; the oldest goes first, the newest never. */
+static void test_downloads_bytes(void **state)
+{
+    (void)state;
+    const off_t some = (off_t)(DOWNLOADS_BYTES / 8 * 3);
+    struct downloads downloads = { .last = 0 };
+    unsigned numbers[4];
+    for (int i = 0; i < 4; i++)
+        numbers[i] = downloads_add(&downloads, hollow(i == 2 ? 100 : some), "a", "text/plain", 0)->number;
+    assert_null(downloads_find(&downloads, numbers[0], 0));
+    for (int i = 1; i < 4; i++)
+        assert_non_null(downloads_find(&downloads, numbers[i], 0));
+    unsigned newest = downloads_add(&downloads, hollow(3 * some), "a", "text/plain", 0)->number;
+    assert_non_null(downloads_find(&downloads, newest, 0));
+    for (int i = 0; i < 4; i++)
+        assert_null(downloads_find(&downloads, numbers[i], 0));
+    downloads_finish(&downloads);
+}
+
+/* One that grows beyond its share ends with an error. */
+static void test_movie_too_large(void **state)
+{
+    (void)state;
+    struct pel_error error = PEL_ERROR_INIT;
+    struct pel_image image;
+    struct encoder *encoder = encoder_create(&error);
+    pel_image_init(&image);
+    assert_true(pel_image_allocate(&image, 16, 16, false, &error));
+    int fd = open("/dev/null", O_RDONLY); /* the movie's file gets the same number */
+    close(fd);
+    struct movie *movie = movie_begin(movie_format("png"), (const int[2]) { 16, 16 }, &error);
+    assert_non_null(movie);
+    assert_true(movie_add(movie, encoder, &image, NULL, &error));
+    assert_int_equal(ftruncate(fd, (off_t)(DOWNLOADS_BYTES / 2 + 1)), 0);
+    assert_false(movie_add(movie, encoder, &image, NULL, &error));
+    assert_non_null(strstr(error.message, "after 2 frames"));
+    movie_destroy(movie);
+    encoder_destroy(encoder);
+    pel_image_finish(&image);
+}
+
+static bool three_rows(void *user, double fraction)
+{
+    (void)fraction;
+    return ++*(int *)user <= 3;
+}
+
+/* A picture is packed no further than it is wanted. */
+static void test_packing_stops(void **state)
+{
+    (void)state;
+    struct pel_error error = PEL_ERROR_INIT;
+    struct pel_image image;
+    struct encoder *encoder = encoder_create(&error);
+    const void *bytes;
+    size_t size;
+    int rows = 0;
+    pel_image_init(&image);
+    assert_true(pel_image_allocate(&image, 16, 16, false, &error));
+    assert_false(encode_png(encoder, &image, NULL, false, &(struct pel_progress) { three_rows, &rows }, &bytes, &size, &error));
+    assert_int_equal(error.code, PEL_ERROR_CANCELLED);
+    assert_int_equal(rows, 4);
+    assert_true(encode_png(encoder, &image, NULL, false, NULL, &bytes, &size, &error));
+    encoder_destroy(encoder);
+    pel_image_finish(&image);
+}
+
 /* A list tells which folders are opened as a whole. */
 static void test_series(void **state)
 {
@@ -377,6 +453,8 @@ int main(void)
         cmocka_unit_test(test_picture_across_open),   cmocka_unit_test(test_undo_to_a_file_that_is_gone),
         cmocka_unit_test(test_edit_while_undo_reads), cmocka_unit_test(test_names_that_are_no_text),
         cmocka_unit_test(test_downloads_expire),      cmocka_unit_test(test_series),
+        cmocka_unit_test(test_downloads_bytes),       cmocka_unit_test(test_movie_too_large),
+        cmocka_unit_test(test_packing_stops),
         cmocka_unit_test(test_reset_across_open),     cmocka_unit_test(test_named_and_refused),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
