@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* What a technique is to the renderer: a const descriptor with three functions, and a state that the renderer keeps for it between frames.
+/* What a technique is to the renderer: a const descriptor with a few functions, and a state that the renderer keeps for it between frames.
  * To add one: a folder with its file, and one line in techniques.c. */
 #ifndef PEL_RENDER_TECHNIQUE_H
 #define PEL_RENDER_TECHNIQUE_H
