@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: MIT */
-/* What was offered for download: files without a name, each kept for ten minutes or until eight newer ones came, or such as leave it no room.
+/* What was offered for download: files without a name, each kept for ten minutes or until eight newer ones came, or such as leave it no
+ * room.
  */
 #ifndef VIEWER_DOWNLOADS_H
 #define VIEWER_DOWNLOADS_H

@@ -26,8 +26,8 @@ bool session_take_scene(struct session *s, struct pel_scene *changed, struct pel
         .isosurfaces = changed->render.mode == PEL_MODE_ISOSURFACE && changed->isosurface_count == 0,
         .slice = n[0] == 0 && n[1] == 0 && n[2] == 0,
     };
-    bool fine = pel_technique_check(changed, s->device, error) &&
-                pel_scene_choose(changed, &missing, s->size[0], s->size[1], error) && pel_scene_check(changed, error);
+    bool fine = pel_technique_check(changed, s->device, error) && pel_scene_choose(changed, &missing, s->size[0], s->size[1], error) &&
+                pel_scene_check(changed, error);
     if (!fine) {
         pel_transfer_finish(&changed->transfer);
         return false;

@@ -182,8 +182,8 @@ static bool write_png(struct encoder *e, png_structp png, png_infop info, const 
     return true;
 }
 
-bool encode_png(struct encoder *e, const struct pel_image *image, const double *background, bool small,
-                const struct pel_progress *progress, const void **bytes, size_t *size, struct pel_error *error)
+bool encode_png(struct encoder *e, const struct pel_image *image, const double *background, bool small, const struct pel_progress *progress,
+                const void **bytes, size_t *size, struct pel_error *error)
 {
     struct pel_error ignored = PEL_ERROR_INIT;
     if (!encoder_pixels(e, image, background, error))
@@ -191,7 +191,8 @@ bool encode_png(struct encoder *e, const struct pel_image *image, const double *
     e->png_size = 0;
     png_structp png = png_create_write_struct(PNG_LIBPNG_VER_STRING, error ? error : &ignored, on_error, on_warning);
     png_infop info = png ? png_create_info_struct(png) : NULL;
-    bool ok = info ? write_png(e, png, info, image, !background, small, progress) : session_fail(error, PEL_ERROR_MEMORY, "no memory to write a PNG");
+    bool ok = info ? write_png(e, png, info, image, !background, small, progress)
+                   : session_fail(error, PEL_ERROR_MEMORY, "no memory to write a PNG");
     png_destroy_write_struct(&png, &info);
     *bytes = e->png;
     *size = e->png_size;

@@ -354,5 +354,6 @@ bool run_open(struct call *call)
     const char *path = call_text(call, "path", PEL_OPTION_TEXT_SIZE), *array = NULL;
     if (!path || (call_has(call, "array") && !(array = call_text(call, "array", sizeof((struct pel_source *)0)->array))))
         return false;
-    return session_open(call->session, call, path, array, NULL, 0, call->error); /* whether it may, its thread finds out: a disk may be slow */
+    return session_open(call->session, call, path, array, NULL, 0,
+                        call->error); /* whether it may, its thread finds out: a disk may be slow */
 }

@@ -205,8 +205,8 @@ static void finish_job(struct session *s, struct session_job *job, int fd, const
         }
     session_tell_progress(s, job->client, job->what, 1);
     if (fd >= 0)
-        session_offer(s, job->client, fd, job->format ? job->format->name : "picture.png",
-                      job->format ? job->format->type : "image/png", &call);
+        session_offer(s, job->client, fd, job->format ? job->format->name : "picture.png", job->format ? job->format->type : "image/png",
+                      &call);
     else
         session_tell_error(s, job->client, error, &call);
     job_free(job);

@@ -163,7 +163,8 @@ bool movie_add(struct movie *movie, struct encoder *encoder, const struct pel_im
         return false;
     movie->frames++;
     return (fstat(movie->fd, &st) == 0 && (uint64_t)st.st_size <= most) ||
-           session_fail(error, PEL_ERROR_IO, "movie: its file is larger than %.1f GB after %d frames; ask for fewer or smaller ones, or for webp",
+           session_fail(error, PEL_ERROR_IO,
+                        "movie: its file is larger than %.1f GB after %d frames; ask for fewer or smaller ones, or for webp",
                         (double)most / 1e9, movie->frames);
 }
 

@@ -283,7 +283,7 @@ static void *run(void *user)
     const struct pel_progress progress = { report, o };
     struct session_volume *volume = calloc(1, sizeof *volume);
     bool fine = volume ? o->path || o->step.text ? open_path(o, &opened, &progress, &error)
-                                             : s->params.open(s->params.open_user, &opened, &progress, &error)
+                                                 : s->params.open(s->params.open_user, &opened, &progress, &error)
                        : session_fail(&error, PEL_ERROR_MEMORY, "no memory for a volume");
     if (fine && !session_is_text(opened.scene.source.path)) { /* no scene, no step of undo could tell of it */
         session_fail(&error, PEL_ERROR_ARGUMENT, "%.300s: " SESSION_NO_TEXT, opened.scene.source.path);

@@ -115,9 +115,8 @@ static bool add_entry(struct recording *r, const json_t *line, struct pel_error 
     if (!larger)
         return false;
     r->commands = larger;
-    r->commands[r->count++] =
-        (struct recorded) { json_number_value(at), (int)json_integer_value(who), leaves ? NULL : json_incref(command),
-                            json_is_true(json_object_get(line, "aside")) };
+    r->commands[r->count++] = (struct recorded) { json_number_value(at), (int)json_integer_value(who), leaves ? NULL : json_incref(command),
+                                                  json_is_true(json_object_get(line, "aside")) };
     return true;
 }
 

@@ -18,8 +18,8 @@ void record_command(FILE *file, double at_ms, int client, const json_t *command,
 
 /* A client is gone. */
 void record_leave(FILE *file, double at_ms, int client);
-/* The file that a command (number `entry` of the commands and clients gone, from 0) read took the scene's place; or was cancelled. What came
- * after the command was meant for the scene before. */
+/* The file that a command (number `entry` of the commands and clients gone, from 0) read took the scene's place; or was cancelled. What
+ * came after the command was meant for the scene before. */
 void record_opened(FILE *file, double at_ms, uint64_t entry, bool opened);
 /* An error that a client (0: all) was told of. */
 void record_error(FILE *file, double at_ms, int client, const char *command);

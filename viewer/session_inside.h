@@ -142,8 +142,8 @@ bool session_take_options(struct pel_renderer *renderer, const struct pel_scene 
 
 /* ---- opening.c ---- */
 
-/* Starts to read `path` (NULL: what params.open gives), for `asker` (nullable), who is told where it fails. `step` (taken over, nullable) is what undo (direction -1) or redo (1) go to with it;
- * direction 0: it is a step of its own. */
+/* Starts to read `path` (NULL: what params.open gives), for `asker` (nullable), who is told where it fails. `step` (taken over, nullable)
+ * is what undo (direction -1) or redo (1) go to with it; direction 0: it is a step of its own. */
 bool session_open(struct session *session, const struct call *asker, const char *path, const char *array, const struct history_step *step,
                   int direction, struct pel_error *error);
 void session_open_cancel(struct session *session);
@@ -184,8 +184,8 @@ bool session_copy_scene(const struct session *session, struct pel_scene *copy, s
 bool session_scene_from_snapshot(const char *text, const struct pel_volume *volume, struct pel_scene *scene, struct pel_error *error);
 /* What is now, as a step to come back to; its text is NULL on failure. */
 struct history_step session_step(const struct session *session, struct pel_error *error);
-/* A step of undo (-1) or redo (1) that gave `step` (taken over) could not be taken: not now, so it stays a step; or, as `error` says, not ever:
- * then it is dropped, with the steps beyond it that are of the same other file, and `error` tells of it. */
+/* A step of undo (-1) or redo (1) that gave `step` (taken over) could not be taken: not now, so it stays a step; or, as `error` says, not
+ * ever: then it is dropped, with the steps beyond it that are of the same other file, and `error` tells of it. */
 void session_history_back(struct session *session, int direction, struct history_step step, struct pel_error *error);
 /* What `reset` goes back to is as it was at that step. */
 void session_take_start(struct session *session, const struct history_step *step);

@@ -33,7 +33,7 @@ static void test_open(void **state)
     assert_true(say(&face, 1, "{\"do\":\"hello\",\"size\":[96,64]}"));
     assert_true(json_is_true(json_object_get(last(&face, "hello"), "empty")));
     assert_false(say(&face, 1, "{\"do\":\"rotate\",\"by\":[0,0]}")); /* nothing is open */
-    for (int i = 0; i < 2; i++) { /* answered by another thread, for a disk may be slow */
+    for (int i = 0; i < 2; i++) {                                    /* answered by another thread, for a disk may be slow */
         snprintf(text, sizeof text, "{\"do\":\"list\",\"path\":\"%s\",\"id\":%d}", i ? "/no/such" : "/", i);
         assert_true(say(&face, 1, text));
         session_settle(face.session, false);
@@ -450,12 +450,17 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_open),
-        cmocka_unit_test(test_picture_across_open),   cmocka_unit_test(test_undo_to_a_file_that_is_gone),
-        cmocka_unit_test(test_edit_while_undo_reads), cmocka_unit_test(test_names_that_are_no_text),
-        cmocka_unit_test(test_downloads_expire),      cmocka_unit_test(test_series),
-        cmocka_unit_test(test_downloads_bytes),       cmocka_unit_test(test_movie_too_large),
+        cmocka_unit_test(test_picture_across_open),
+        cmocka_unit_test(test_undo_to_a_file_that_is_gone),
+        cmocka_unit_test(test_edit_while_undo_reads),
+        cmocka_unit_test(test_names_that_are_no_text),
+        cmocka_unit_test(test_downloads_expire),
+        cmocka_unit_test(test_series),
+        cmocka_unit_test(test_downloads_bytes),
+        cmocka_unit_test(test_movie_too_large),
         cmocka_unit_test(test_packing_stops),
-        cmocka_unit_test(test_reset_across_open),     cmocka_unit_test(test_named_and_refused),
+        cmocka_unit_test(test_reset_across_open),
+        cmocka_unit_test(test_named_and_refused),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -51,7 +51,7 @@ static void test_replay(void **state)
         if (!strstr(good_commands[i], "list")) /* of which there is no folder */
             assert_true(say(&face, 1, good_commands[i]));
     assert_false(say(&face, 1, "{\"do\":\"zoom\",\"by\":-1}")); /* a refused one is recorded, and refused again */
-    for (int i = 2; i < 70; i++) { /* pages come and go */
+    for (int i = 2; i < 70; i++) {                              /* pages come and go */
         assert_true(say(&face, i, "{\"do\":\"hello\",\"size\":[96,64]}"));
         session_leave(face.session, i);
     }
@@ -102,7 +102,9 @@ static void write_samples(int fd)
 
 static void make_slow(struct files *f, struct slow *slow)
 {
-    nifti_1_header header = { .sizeof_hdr = 348, .dim = { 3, SIDE, SIDE, SIDE }, .datatype = 2, .bitpix = 8, .pixdim = { 1, 1, 1, 1 }, .magic = "ni1" };
+    nifti_1_header header = {
+        .sizeof_hdr = 348, .dim = { 3, SIDE, SIDE, SIDE }, .datatype = 2, .bitpix = 8, .pixdim = { 1, 1, 1, 1 }, .magic = "ni1"
+    };
     snprintf(slow->header, sizeof slow->header, "%s/slow.hdr", f->folder);
     snprintf(slow->samples, sizeof slow->samples, "%s/slow.img", f->folder);
     FILE *file = fopen(slow->header, "wb");
