@@ -66,8 +66,9 @@ static void test_cancel_while_packing(void **state)
     (void)state;
     struct face face;
     start(&face);
+    assert_true(say(&face, 1, "{\"do\":\"set\",\"scene\":{\"render\":{\"refine\":0}}}"));
     session_settle(face.session, true);
-    assert_true(say(&face, 1, "{\"do\":\"picture\",\"size\":[2048,2048]}"));
+    assert_true(say(&face, 1, "{\"do\":\"picture\",\"size\":[1024,1024]}"));
     for (bool packs = false; !packs;) { /* at rest no other thread of the session is at work */
         usleep(1000);
         pthread_mutex_lock(&face.session->lock);
