@@ -46,18 +46,12 @@ struct watcher {
     int errors; /* that the recording did not have */
 };
 
-static double number_behind(const char *text, const char *key)
-{
-    const char *at = strstr(text, key);
-    return at ? strtod(at + strlen(key), NULL) : 0;
-}
-
 static void on_frame(void *user, const struct session_frame *frame)
 {
     struct watcher *w = user;
     if (strcmp(frame->view, "main") != 0)
         return;
-    double ms = number_behind(frame->header, "\"draw\":") + number_behind(frame->header, "\"encode\":");
+    double ms = frame->draw_ms + frame->encode_ms;
     pthread_mutex_lock(&w->lock);
     size_t *count = frame->lossless ? &w->rest.count : &w->moving.count, *room = frame->lossless ? &w->rest.room : &w->moving.room;
     double **list = frame->lossless ? &w->rest.ms : &w->moving.ms;
@@ -98,9 +92,10 @@ static void on_event(void *user, int client, const char *text)
     const char *kind = json_string_value(json_object_get(event, "event"));
     if (kind && strcmp(kind, "error") == 0) {
         const char *command = json_string_value(json_object_get(event, "do")),
-                   *message = json_string_value(json_object_get(event, "message"));
+                   *message = json_string_value(json_object_get(event, "message")),
+                   *code = json_string_value(json_object_get(event, "code"));
         pthread_mutex_lock(&w->lock);
-        bool expected = was_told(w->recording, client, command ? command : "") || (message && strcmp(message, "cancelled") == 0);
+        bool expected = was_told(w->recording, client, command ? command : "") || (code && strcmp(code, "cancelled") == 0);
         w->errors += !expected;
         pthread_mutex_unlock(&w->lock);
         tool_note("client %d: %s%s", client, message, expected ? "" : " (not so when it was recorded)");
@@ -125,7 +120,7 @@ static void sleep_until(double ms)
     nanosleep(&t, NULL);
 }
 
-/* A file is read by a thread of the session's own: what came after it was meant for what it holds. */
+/* A file is read by a thread of the session's own: what comes after it here is meant for what it holds. */
 static bool opens(const json_t *command)
 {
     const char *name = json_string_value(json_object_get(command, "do"));
@@ -137,6 +132,8 @@ static void feed(struct session *session, const struct recording *recording, boo
     double start = tool_milliseconds() - (recording->count ? recording->commands[0].at_ms : 0);
     for (size_t i = 0; i < recording->count && !interruption(); i++) {
         const struct recorded *r = &recording->commands[i];
+        if (!r->client)
+            continue;
         if (!fast)
             sleep_until(start + r->at_ms);
         if (r->command)

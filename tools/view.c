@@ -248,7 +248,7 @@ static int run(const struct command *command, int argc, char **argv)
             tool_fail(&error, PEL_ERROR_IO, "%.300s: %s", paths[i], strerror(errno));
     if (error.code)
         return tool_report(&error);
-    FILE *record = values.record[0] ? fopen(values.record, "w") : NULL;
+    FILE *record = values.record[0] ? fopen(values.record, "we") : NULL;
     if (values.record[0] && !record) {
         tool_fail(&error, PEL_ERROR_IO, "--record %.300s: %s", values.record, strerror(errno));
         return tool_report(&error);

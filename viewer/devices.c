@@ -97,7 +97,7 @@ bool session_device_change(struct session *s, struct pel_renderer **renderer, st
     bool fine = make(s, &wish, &params, &made, &error);
     pthread_mutex_lock(&s->lock);
     s->wish.there = s->wish.number != wish.number; /* another came meanwhile */
-    bool taken = fine && session_can_draw(&s->scene.technique, wish.cpu, &error);
+    bool taken = fine && pel_technique_check(&s->scene, !wish.cpu, &error);
     if (taken) {
         struct pel_renderer *old = *renderer;
         struct pel_device *old_device = s->device;
@@ -108,9 +108,9 @@ bool session_device_change(struct session *s, struct pel_renderer **renderer, st
         session_changed(s, false);
         session_tell_devices(s);
     } else {
-        char message[sizeof error.message + 16];
-        snprintf(message, sizeof message, "device: %s", error.message);
-        session_tell_error(s, wish.client, message, &call);
+        struct pel_error told;
+        session_fail(&told, error.code, "device: %.500s", error.message);
+        session_tell_error(s, wish.client, &told, &call);
     }
     pthread_mutex_unlock(&s->lock);
     if (fine) { /* what is not used: the old ones, or the new */

@@ -55,6 +55,18 @@ static void drop(struct download *entry)
     entry->number = 0;
 }
 
+/* The oldest goes first; the newest stays. */
+static void make_room(struct downloads *downloads)
+{
+    uint64_t bytes = 0;
+    for (unsigned age = 0; age < DOWNLOADS_KEPT && age < downloads->last; age++) {
+        struct download *entry = &downloads->kept[(downloads->last - age) % DOWNLOADS_KEPT];
+        bytes += entry->number ? entry->bytes : 0;
+        if (bytes > DOWNLOADS_BYTES && age > 0)
+            drop(entry);
+    }
+}
+
 const struct download *downloads_add(struct downloads *downloads, int fd, const char *name, const char *type, double now_ms)
 {
     struct stat st;
@@ -64,6 +76,7 @@ const struct download *downloads_add(struct downloads *downloads, int fd, const 
     *entry = (struct download) { .number = number, .fd = fd, .type = type, .since_ms = now_ms };
     entry->bytes = fstat(fd, &st) == 0 ? (uint64_t)st.st_size : 0;
     snprintf(entry->name, sizeof entry->name, "%s", name);
+    make_room(downloads);
     return entry;
 }
 

@@ -1,5 +1,7 @@
 /* SPDX-License-Identifier: MIT */
-/* What was offered for download: files without a name, each kept for ten minutes or until eight newer ones came. */
+/* What was offered for download: files without a name, each kept for ten minutes or until eight newer ones came, or such as leave it no
+ * room.
+ */
 #ifndef VIEWER_DOWNLOADS_H
 #define VIEWER_DOWNLOADS_H
 
@@ -10,6 +12,8 @@
 
 enum { DOWNLOADS_KEPT = 8 };
 #define DOWNLOADS_MS 600000.0
+/* Of all of them together; one may have half. */
+#define DOWNLOADS_BYTES (UINT64_C(8) << 30)
 
 /* Starts zeroed. */
 struct downloads {

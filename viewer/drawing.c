@@ -4,7 +4,6 @@
  *   the slices that were asked for; the picture in full quality, once things rest; further frames of it, averaged; pictures and movies to
  * be saved. What is not motion stops at its next report when a command comes. Commands never wait for a picture: each picture has a copy of
  * the scene. */
-#include <errno.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -16,7 +15,7 @@
 #define QUIET_MS 120.0
 /* Between two pictures of a refinement that are sent. */
 #define REFINED_MS 700.0
-static const char fast[] = "slices2d";
+static const char fast[] = "slices2d", usual[] = "raycast";
 /* Of the time for a picture of motion, what the fast technique may take to draw it; what is left is for its way to the page. */
 #define DRAWING_SHARE 0.6
 
@@ -52,7 +51,8 @@ bool session_held(const struct session *s)
 
 void session_interrupt(struct session *s)
 {
-    atomic_store(&s->abort, SESSION_CHANGED);
+    if (!s->quit) /* the end is not to be taken for a change */
+        atomic_store(&s->abort, SESSION_CHANGED);
     pthread_cond_signal(&s->wake);
 }
 
@@ -76,7 +76,7 @@ static bool go_on(void *user, double fraction)
 
 const char *session_technique(const struct pel_scene *scene)
 {
-    return scene->technique.name[0] ? scene->technique.name : "raycast";
+    return scene->technique.name[0] ? scene->technique.name : usual;
 }
 
 bool session_take_options(struct pel_renderer *renderer, const struct pel_scene *scene, const char *technique, struct pel_error *error)
@@ -183,7 +183,7 @@ static void tell_failure(struct drawer *d, const struct pel_error *error)
 {
     struct session *s = d->session;
     pthread_mutex_lock(&s->lock);
-    session_tell_error(s, 0, error->message, NULL);
+    session_tell_error(s, 0, error, NULL);
     pthread_mutex_unlock(&s->lock);
 }
 
@@ -204,6 +204,11 @@ static bool draw(struct drawer *d, const char *technique, double budget_ms, stru
     f->draw_ms = session_now() - start;
     f->stats = pel_renderer_stats(d->renderer);
     return true;
+}
+
+static bool send(struct drawer *d, const struct pel_image *image, struct frame_facts *f, struct pel_error *error)
+{
+    return session_send_frame(d->session, d->encoder, image, f, &(struct pel_progress) { go_on, d }, error);
 }
 
 /* By the fast technique, which leaves slices out to keep to the budget. */
@@ -238,7 +243,8 @@ static bool draw_moving(struct drawer *d, struct frame_facts *f, enum pace_kind 
         !(slow ? draw_quickly(d, f, error) : draw(d, d->technique, 0, &d->moving, f, error)))
         return false;
     f->quality = "moving";
-    session_send_frame(d->session, d->encoder, &d->moving, f);
+    if (!send(d, &d->moving, f, error))
+        return false;
     double ms = session_now() - start;
     if (!slow)
         return true;
@@ -265,8 +271,7 @@ static bool draw_full(struct drawer *d, struct frame_facts *f, bool *finished, s
     f->quality = f->final && d->scene.render.refine > 0 ? "refined" : "full";
     d->rest = *f;
     d->refined_sent_ms = session_now();
-    session_send_frame(d->session, d->encoder, &d->full, f);
-    return true;
+    return send(d, &d->full, f, error);
 }
 
 /* One more frame into the mean of the picture at rest. That it is finished is never noted without the final picture sent. */
@@ -278,22 +283,26 @@ static bool refine(struct drawer *d, struct frame_facts *f, bool *finished, stru
     if (*finished || session_now() - d->refined_sent_ms > REFINED_MS) {
         f->quality = "refined";
         f->final = *finished;
-        session_send_frame(d->session, d->encoder, &d->full, f);
+        if (!send(d, &d->full, f, error))
+            return false;
         d->refined_sent_ms = session_now();
     }
     return true;
 }
 
-/* Where a GPU refuses, also one that was asked for by name, the CPU draws from then on, and the event `devices` tells so. */
+/* Where a GPU refuses what the ray caster draws, also one that was asked for by name, the CPU draws from then on, and the event `devices`
+ * tells so. What another technique cannot draw is no reason to leave the GPU. */
 static bool leave_device(struct drawer *d, const struct pel_error *error)
 {
     struct session *s = d->session;
-    const struct pel_technique_info *info = pel_technique_find(d->technique);
     struct pel_renderer_params params = { .threads = s->params.threads, .progress = { go_on, d } };
-    if (!s->device || error->code != PEL_ERROR_UNSUPPORTED || !info || !(info->engines & PEL_ENGINE_CPU))
+    struct pel_error told;
+    if (!s->device || error->code != PEL_ERROR_UNSUPPORTED || (strcmp(d->technique, usual) != 0 && strcmp(d->technique, "auto") != 0))
         return false;
+    session_fail(&told, error->code, "%.460s; the CPU draws from now on", error->message);
     pel_renderer_destroy(d->renderer);
     pthread_mutex_lock(&s->lock);
+    session_tell_error(s, 0, &told, NULL);
     pel_device_destroy(s->device);
     s->device = NULL;
     session_tell_devices(s);
@@ -358,10 +367,10 @@ static void give_up(struct drawer *d, enum work what, const struct pel_error *er
 {
     struct session *s = d->session;
     if (what == WORK_JOB) {
-        session_job_fail(s, error->message);
+        session_job_fail(s, error);
         return;
     }
-    session_tell_error(s, 0, error->message, NULL);
+    session_tell_error(s, 0, error, NULL);
     if (what == WORK_SLICES) {
         s->slices_shown = s->slices_revision;
         s->slices_moving = false;
@@ -459,7 +468,7 @@ void *session_draw(void *user)
         pthread_cond_broadcast(&s->settled);
     }
     if (!fine)
-        session_tell_error(s, 0, error.message, NULL);
+        session_tell_error(s, 0, &error, NULL);
     if (d.volume)
         session_volume_release(d.volume);
     s->quit = true;

@@ -13,21 +13,9 @@ bool session_copy_scene(const struct session *s, struct pel_scene *copy, struct 
     return pel_transfer_copy(&copy->transfer, &s->scene.transfer, error);
 }
 
-bool session_can_draw(const struct pel_technique_choice *technique, bool cpu, struct pel_error *error)
-{
-    const struct pel_technique_info *info = pel_technique_find(technique->name);
-    if (!technique->name[0])
-        return true;
-    if (!pel_renderer_take_technique(NULL, technique, error))
-        return false;
-    return !cpu || (info->engines & PEL_ENGINE_CPU) ||
-           session_fail(error, PEL_ERROR_UNSUPPORTED,
-                        "technique.name: %s draws on a GPU alone, not on the CPU; choose a GPU, or another technique", info->name);
-}
-
 void session_drop_impossible_technique(const struct session *s, struct pel_scene *scene)
 {
-    if (!session_can_draw(&scene->technique, !s->device, NULL))
+    if (!pel_technique_check(scene, s->device, NULL))
         scene->technique = (struct pel_technique_choice) { .name = "" };
 }
 
@@ -38,8 +26,8 @@ bool session_take_scene(struct session *s, struct pel_scene *changed, struct pel
         .isosurfaces = changed->render.mode == PEL_MODE_ISOSURFACE && changed->isosurface_count == 0,
         .slice = n[0] == 0 && n[1] == 0 && n[2] == 0,
     };
-    bool fine = session_can_draw(&changed->technique, !s->device, error) &&
-                pel_scene_choose(changed, &missing, s->size[0], s->size[1], error) && pel_scene_check(changed, error);
+    bool fine = pel_technique_check(changed, s->device, error) && pel_scene_choose(changed, &missing, s->size[0], s->size[1], error) &&
+                pel_scene_check(changed, error);
     if (!fine) {
         pel_transfer_finish(&changed->transfer);
         return false;
@@ -98,9 +86,14 @@ bool run_automatic(struct call *call)
 bool run_colormap(struct call *call)
 {
     const char *name = call_text(call, "name", 64);
+    struct pel_scene changed;
     double range[2];
-    return name && call_numbers(call, "range", 2, range) &&
-           pel_transfer_set_colormap(&call->session->scene.transfer, name, range[0], range[1], call->error);
+    if (!name || !call_numbers(call, "range", 2, range) || !session_copy_scene(call->session, &changed, call->error))
+        return false;
+    if (pel_transfer_set_colormap(&changed.transfer, name, range[0], range[1], call->error))
+        return session_take_scene(call->session, &changed, call->error);
+    pel_transfer_finish(&changed.transfer);
+    return false;
 }
 
 bool run_import(struct call *call)
@@ -165,33 +158,40 @@ static bool same_source(const struct pel_source *a, const struct pel_source *b)
     return strcmp(a->path, b->path) == 0 && strcmp(a->array, b->array) == 0 && strcmp(a->raw, b->raw) == 0;
 }
 
+struct history_step session_step(const struct session *s, struct pel_error *error)
+{
+    return (struct history_step) { pel_scene_to_text(&s->scene, NULL, error), s->start, s->start_fitted };
+}
+
 static bool go(struct call *call, int direction)
 {
     struct session *s = call->session;
     struct pel_scene scene;
-    char *now = pel_scene_to_text(&s->scene, NULL, call->error);
-    if (!now)
+    const struct history_step now = session_step(s, call->error);
+    if (!now.text)
         return false;
-    char *text = direction < 0 ? history_undo(&s->history, now) : history_redo(&s->history, now);
-    if (!text)
+    const struct history_step step = direction < 0 ? history_undo(&s->history, now) : history_redo(&s->history, now);
+    call->nothing = !step.text;
+    if (!step.text)
         return session_fail(call->error, PEL_ERROR_ARGUMENT, direction < 0 ? "there is nothing to undo" : "there is nothing to redo");
-    bool fine = session_scene_from_snapshot(text, s->scene.volume, &scene, call->error);
+    bool fine = session_scene_from_snapshot(step.text, s->scene.volume, &scene, call->error);
     if (fine && !same_source(&scene.source, &s->scene.source)) {
         char path[PEL_OPTION_TEXT_SIZE], array[sizeof scene.source.array];
         memcpy(path, scene.source.path, sizeof path);
         memcpy(array, scene.source.array, sizeof array);
         pel_scene_finish(&scene);
-        return session_open(s, path, array, text, direction, call->error); /* takes the text */
+        return session_open(s, call, path, array, &step, direction, call->error);
     }
     if (fine)
         session_drop_impossible_technique(s, &scene); /* another device may draw now */
     fine = fine && session_take_scene(s, &scene, call->error);
     if (fine) {
+        session_take_start(s, &step);
         session_changed(s, false);
         s->state_dirty = true;
-        free(text);
+        free(step.text);
     } else {
-        session_history_back(s, direction, text, call->error);
+        session_history_back(s, direction, step, call->error);
     }
     return fine;
 }
@@ -214,13 +214,18 @@ static bool is_of(const char *text, const void *path)
     return same;
 }
 
-void session_history_back(struct session *s, int direction, char *text, struct pel_error *error)
+void session_history_keep(struct session *s, int direction, struct history_step step)
+{
+    free((direction < 0 ? history_redo(&s->history, step) : history_undo(&s->history, step)).text);
+}
+
+void session_history_back(struct session *s, int direction, struct history_step step, struct pel_error *error)
 {
     if (error->code == PEL_ERROR_CANCELLED || error->code == PEL_ERROR_MEMORY) {
-        free(direction < 0 ? history_redo(&s->history, text) : history_undo(&s->history, text));
+        session_history_keep(s, direction, step);
         return;
     }
-    char *path = path_of(text);
+    char *path = path_of(step.text);
     char why[sizeof error->message];
     bool gone = path && strcmp(path, s->scene.source.path) != 0;
     int count = 1 + history_drop(&s->history, direction, gone ? is_of : NULL, path);
@@ -229,7 +234,7 @@ void session_history_back(struct session *s, int direction, char *text, struct p
     memcpy(error->message, why, sizeof why);
     s->state_dirty = true;
     free(path);
-    free(text);
+    free(step.text);
 }
 
 bool run_undo(struct call *call)

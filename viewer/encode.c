@@ -157,7 +157,8 @@ static void on_flush(png_structp png)
     (void)png;
 }
 
-static bool write_png(struct encoder *e, png_structp png, png_infop info, const struct pel_image *image, bool alpha, bool small)
+static bool write_png(struct encoder *e, png_structp png, png_infop info, const struct pel_image *image, bool alpha, bool small,
+                      const struct pel_progress *progress)
 {
     if (setjmp(png_jmpbuf(png)))
         return false;
@@ -172,14 +173,17 @@ static bool write_png(struct encoder *e, png_structp png, png_infop info, const 
     png_write_info(png, info);
     if (!alpha)
         png_set_filler(png, 0, PNG_FILLER_AFTER);
-    for (int y = 0; y < image->height; y++)
+    for (int y = 0; y < image->height; y++) {
+        if (progress && !progress->update(progress->user, (double)y / image->height))
+            return session_fail(png_get_error_ptr(png), PEL_ERROR_CANCELLED, "cancelled");
         png_write_row(png, e->pixels + 4 * (size_t)y * (size_t)image->width);
+    }
     png_write_end(png, NULL);
     return true;
 }
 
-bool encode_png(struct encoder *e, const struct pel_image *image, const double *background, bool small, const void **bytes, size_t *size,
-                struct pel_error *error)
+bool encode_png(struct encoder *e, const struct pel_image *image, const double *background, bool small, const struct pel_progress *progress,
+                const void **bytes, size_t *size, struct pel_error *error)
 {
     struct pel_error ignored = PEL_ERROR_INIT;
     if (!encoder_pixels(e, image, background, error))
@@ -187,7 +191,8 @@ bool encode_png(struct encoder *e, const struct pel_image *image, const double *
     e->png_size = 0;
     png_structp png = png_create_write_struct(PNG_LIBPNG_VER_STRING, error ? error : &ignored, on_error, on_warning);
     png_infop info = png ? png_create_info_struct(png) : NULL;
-    bool ok = info ? write_png(e, png, info, image, !background, small) : session_fail(error, PEL_ERROR_MEMORY, "no memory to write a PNG");
+    bool ok = info ? write_png(e, png, info, image, !background, small, progress)
+                   : session_fail(error, PEL_ERROR_MEMORY, "no memory to write a PNG");
     png_destroy_write_struct(&png, &info);
     *bytes = e->png;
     *size = e->png_size;

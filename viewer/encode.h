@@ -16,9 +16,9 @@ void encoder_destroy(struct encoder *encoder); /* accepts NULL */
  * next picture. */
 bool encode_jpeg(struct encoder *encoder, const struct pel_image *image, const double background[4], bool high, const void **bytes,
                  size_t *size, struct pel_error *error);
-/* 8 bits, sRGB, lossless but for that; zlib level 1, unless `small`. background NULL: alpha is kept. */
-bool encode_png(struct encoder *encoder, const struct pel_image *image, const double *background, bool small, const void **bytes,
-                size_t *size, struct pel_error *error);
+/* 8 bits, sRGB, lossless but for that; zlib level 1, unless `small`. background NULL: alpha is kept. `progress` (nullable) may end it. */
+bool encode_png(struct encoder *encoder, const struct pel_image *image, const double *background, bool small,
+                const struct pel_progress *progress, const void **bytes, size_t *size, struct pel_error *error);
 
 /* The picture as bytes RGBX (or RGBA, unassociated, where background is NULL): 4 * width * height, the encoder's. NULL on failure. */
 const unsigned char *encoder_pixels(struct encoder *encoder, const struct pel_image *image, const double *background,

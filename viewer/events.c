@@ -44,9 +44,12 @@ static json_t *json_words(const char *text)
     return string ? string : json_string(safe);
 }
 
-void session_tell_error(struct session *s, int client, const char *message, const struct call *call)
+void session_tell_error(struct session *s, int client, const struct pel_error *error, const struct call *call)
 {
-    json_t *event = json_pack("{s:s, s:o}", "event", "error", "message", json_words(message));
+    json_t *event = json_pack("{s:s, s:o}", "event", "error", "message", json_words(error->message));
+    const char *code = call && call->nothing ? "nothing" : error->code == PEL_ERROR_CANCELLED ? "cancelled" : NULL;
+    if (code)
+        json_object_set_new(event, "code", json_string(code));
     if (s->params.record)
         record_error(s->params.record, session_now() - s->started_ms, client,
                      call && call->name && session_is_text(call->name) ? call->name : "");

@@ -23,11 +23,10 @@ static uint64_t counter(const struct pel_frame_stats *stats, const char *name)
     return 0;
 }
 
-/* `ms` last and open, for the client's own. */
-static char *header_text(const struct frame_facts *f, const struct session_frame *frame, const struct pel_image *image, double encode_ms)
+static char *header_text(const struct frame_facts *f, const struct session_frame *frame, const struct pel_image *image)
 {
     const struct pel_frame_stats *stats = f->stats;
-    char device[256], *text, *whole = NULL;
+    char device[256];
     snprintf(device, sizeof device, "%s%s%s, %d thread%s", strcmp(stats->device, "cpu") ? stats->device : "CPU", stats->isa ? " " : "",
              stats->isa ? stats->isa : "", stats->threads, stats->threads == 1 ? "" : "s");
     json_t *json =
@@ -36,39 +35,32 @@ static char *header_text(const struct frame_facts *f, const struct session_frame
                   "quality", f->quality, "lossless", (int)f->final, "final", (int)f->final, "camera",
                   session_camera_json(&f->scene->camera), "technique", stats->technique ? stats->technique : "", "device", device,
                   "samples", (json_int_t)counter(stats, "samples taken"), "averaged", (json_int_t)counter(stats, "frames averaged"));
-    text = json_dumps(json, JSON_COMPACT | JSON_REAL_PRECISION(17));
+    char *text = json_dumps(json, JSON_COMPACT | JSON_REAL_PRECISION(17));
     json_decref(json);
-    if (text) {
-        text[strlen(text) - 1] = 0;
-        if (asprintf(&whole, "%s,\"ms\":{\"draw\":%.3f,\"encode\":%.3f", text, f->draw_ms, encode_ms) < 0)
-            whole = NULL;
-    }
-    free(text);
-    return whole;
+    return text;
 }
 
-void session_send_frame(struct session *s, struct encoder *encoder, const struct pel_image *image, struct frame_facts *f)
+bool session_send_frame(struct session *s, struct encoder *encoder, const struct pel_image *image, struct frame_facts *f,
+                        const struct pel_progress *progress, struct pel_error *error)
 {
-    struct pel_error error = PEL_ERROR_INIT;
     double start = session_now();
     struct session_frame frame = { .view = f->view, .lossless = f->final, .client_count = f->client_count };
     bool fine =
-        f->final ? encode_png(encoder, image, f->scene->background, false, &frame.bytes, &frame.size, &error)
-                 : encode_jpeg(encoder, image, f->scene->background, strcmp(f->quality, "moving") != 0, &frame.bytes, &frame.size, &error);
-    if (!fine) {
-        pthread_mutex_lock(&s->lock);
-        session_tell_error(s, 0, error.message, NULL);
-        pthread_mutex_unlock(&s->lock);
-        return;
-    }
+        f->final ? encode_png(encoder, image, f->scene->background, false, progress, &frame.bytes, &frame.size, error)
+                 : encode_jpeg(encoder, image, f->scene->background, strcmp(f->quality, "moving") != 0, &frame.bytes, &frame.size, error);
+    if (!fine)
+        return false;
     frame.number = ++s->frames;
     for (int i = 0; i < f->client_count; i++) {
         frame.clients[i].client = f->clients[i];
         frame.clients[i].id = f->ids[i];
     }
-    char *header = header_text(f, &frame, image, session_now() - start);
+    frame.draw_ms = f->draw_ms;
+    frame.encode_ms = session_now() - start;
+    char *header = header_text(f, &frame, image);
     frame.header = header;
     if (header && s->params.frame)
         s->params.frame(s->params.user, &frame);
     free(header);
+    return true;
 }

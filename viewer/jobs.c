@@ -82,8 +82,7 @@ static bool add(struct call *call, struct session_job *job)
     return true;
 }
 
-/* A picture beyond the machine's memory would be given by the operating system, and end the program halfway. */
-static bool check_memory(const int size[2], struct pel_error *error)
+bool session_check_memory(const int size[2], struct pel_error *error)
 {
     double bytes = (double)size[0] * size[1] * (2 * 4 * sizeof(float) + 8),
            memory = (double)sysconf(_SC_PHYS_PAGES) * (double)sysconf(_SC_PAGESIZE);
@@ -94,7 +93,7 @@ static bool check_memory(const int size[2], struct pel_error *error)
 
 static struct session_job *job_new(struct call *call, const char *what, const int size[2], bool background)
 {
-    struct session_job *job = check_memory(size, call->error) ? calloc(1, sizeof *job) : NULL;
+    struct session_job *job = session_check_memory(size, call->error) ? calloc(1, sizeof *job) : NULL;
     if (job)
         *job = (struct session_job) { .what = what, .size = { size[0], size[1] }, .background = background, .frames = 1 };
     else if (!call->error->code)
@@ -135,7 +134,7 @@ bool run_movie(struct call *call)
     const struct movie_format *format = movie_format(word);
     if (!format)
         return session_fail(call->error, PEL_ERROR_ARGUMENT, "format: \"%s\" is no kind of movie; give \"webp\" or \"png\"", word);
-    if (!background && !movie_has_alpha(format))
+    if (!background && !format->alpha)
         return session_fail(call->error, PEL_ERROR_ARGUMENT, "background: a movie of the format \"%s\" has one; give \"png\"", word);
     if (frames != floor(frames))
         return session_fail(call->error, PEL_ERROR_ARGUMENT, "frames: %g is no whole number", frames);
@@ -187,7 +186,7 @@ static int picture_file(struct session_job *job, struct pel_error *error)
     const void *bytes = NULL;
     size_t size = 0;
     bool small = (double)job->size[0] * job->size[1] <= SMALL_PIXELS;
-    int fd = encode_png(job->encoder, &job->image, background(job), small, &bytes, &size, error) ? download_file(error) : -1;
+    int fd = encode_png(job->encoder, &job->image, background(job), small, NULL, &bytes, &size, error) ? download_file(error) : -1;
     if (fd >= 0 && !download_write(fd, bytes, size, error)) {
         close(fd);
         fd = -1;
@@ -196,7 +195,7 @@ static int picture_file(struct session_job *job, struct pel_error *error)
 }
 
 /* With the lock held. */
-static void finish_job(struct session *s, struct session_job *job, int fd, const char *failure)
+static void finish_job(struct session *s, struct session_job *job, int fd, const struct pel_error *error)
 {
     const struct call call = { .name = job->what, .has_id = job->has_id, .id = job->id };
     for (struct session_job **at = &s->jobs; *at; at = &(*at)->next)
@@ -206,16 +205,16 @@ static void finish_job(struct session *s, struct session_job *job, int fd, const
         }
     session_tell_progress(s, job->client, job->what, 1);
     if (fd >= 0)
-        session_offer(s, job->client, fd, job->format ? movie_name(job->format) : "picture.png",
-                      job->format ? movie_type(job->format) : "image/png", &call);
+        session_offer(s, job->client, fd, job->format ? job->format->name : "picture.png", job->format ? job->format->type : "image/png",
+                      &call);
     else
-        session_tell_error(s, job->client, failure, &call);
+        session_tell_error(s, job->client, error, &call);
     job_free(job);
 }
 
-void session_job_fail(struct session *s, const char *failure)
+void session_job_fail(struct session *s, const struct pel_error *error)
 {
-    finish_job(s, s->jobs, -1, failure);
+    finish_job(s, s->jobs, -1, error);
 }
 
 uint64_t session_job_volume(const struct session *s)
@@ -269,8 +268,15 @@ static void *pack(void *user)
         fd = job->format ? movie_end(job->movie, &error) : picture_file(job, &error);
     pthread_mutex_lock(&s->lock);
     job->packing = false;
+    if (job->cancelled) {
+        if (fd >= 0)
+            close(fd);
+        fd = -1;
+        session_fail(&error, PEL_ERROR_CANCELLED, "cancelled");
+        ends = true;
+    }
     if (ends)
-        finish_job(s, job, fd, error.message);
+        finish_job(s, job, fd, &error);
     else
         tell_how_far(s, job);
     session_thread_ends(s);
@@ -289,16 +295,16 @@ void session_job_step(struct session *s, struct pel_renderer *renderer)
     bool whole = false;
     pthread_mutex_lock(&s->lock);
     struct session_job *job = s->jobs;
-    bool fine = !job->cancelled || session_fail(&error, PEL_ERROR_IO, "cancelled");
+    bool ends = job->cancelled;
     pthread_mutex_unlock(&s->lock);
-    fine = fine && draw(job, renderer, &whole, &error);
+    bool fine = ends ? session_fail(&error, PEL_ERROR_CANCELLED, "cancelled") : draw(job, renderer, &whole, &error);
     job->draws += fine;
     pthread_mutex_lock(&s->lock);
     if (fine && whole)
         fine = job->packing = session_thread(s, pack, job, &error);
     else if (fine)
         tell_how_far(s, job);
-    if (!fine && error.code != PEL_ERROR_CANCELLED) /* else what came instead is more urgent */
-        finish_job(s, job, -1, error.message);
+    if (!fine && (ends || error.code != PEL_ERROR_CANCELLED)) /* else what came instead is more urgent */
+        finish_job(s, job, -1, &error);
     pthread_mutex_unlock(&s->lock);
 }

@@ -5,6 +5,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/stat.h>
 #include <time.h>
 #include <unistd.h>
 
@@ -23,15 +24,6 @@ struct movie {
     int fd;
     WebPAnimEncoder *webp;
     zipFile zip;
-};
-
-struct movie_format {
-    const char *word, *name, *type;
-    bool alpha;
-    bool (*begin)(struct movie *movie, struct pel_error *error);
-    bool (*add)(struct movie *movie, struct encoder *encoder, const struct pel_image *image, const double *background,
-                struct pel_error *error);
-    bool (*end)(struct movie *movie, struct pel_error *error);
 };
 
 /* ---- an animated WebP: kept in memory until it is whole ---- */
@@ -109,7 +101,7 @@ static bool add_zip(struct movie *movie, struct encoder *encoder, const struct p
     time_t now = time(NULL);
     struct tm t;
     zip_fileinfo info = { 0 };
-    if (!encode_png(encoder, image, background, false, &bytes, &size, error))
+    if (!encode_png(encoder, image, background, false, NULL, &bytes, &size, error))
         return false;
     snprintf(name, sizeof name, "turn_%04d.png", movie->frames);
     localtime_r(&now, &t);
@@ -146,21 +138,6 @@ const struct movie_format *movie_format(const char *word)
     return NULL;
 }
 
-const char *movie_name(const struct movie_format *format)
-{
-    return format->name;
-}
-
-const char *movie_type(const struct movie_format *format)
-{
-    return format->type;
-}
-
-bool movie_has_alpha(const struct movie_format *format)
-{
-    return format->alpha;
-}
-
 struct movie *movie_begin(const struct movie_format *format, const int size[2], struct pel_error *error)
 {
     struct movie *movie = calloc(1, sizeof *movie);
@@ -180,9 +157,15 @@ struct movie *movie_begin(const struct movie_format *format, const int size[2], 
 bool movie_add(struct movie *movie, struct encoder *encoder, const struct pel_image *image, const double *background,
                struct pel_error *error)
 {
-    bool fine = movie->format->add(movie, encoder, image, background, error);
-    movie->frames += fine;
-    return fine;
+    const uint64_t most = DOWNLOADS_BYTES / 2;
+    struct stat st;
+    if (!movie->format->add(movie, encoder, image, background, error))
+        return false;
+    movie->frames++;
+    return (fstat(movie->fd, &st) == 0 && (uint64_t)st.st_size <= most) ||
+           session_fail(error, PEL_ERROR_IO,
+                        "movie: its file is larger than %.1f GB after %d frames; ask for fewer or smaller ones, or for webp",
+                        (double)most / 1e9, movie->frames);
 }
 
 int movie_end(struct movie *movie, struct pel_error *error)

@@ -8,15 +8,21 @@
 
 struct movie;
 
-/* A kind of file: "webp" or "png"; NULL for another word. */
+/* A kind of file. */
+struct movie_format {
+    const char *word, *name, *type; /* name: of the file; type: of its content, as HTTP says it */
+    bool alpha;                     /* frames can keep it */
+    bool (*begin)(struct movie *movie, struct pel_error *error);
+    bool (*add)(struct movie *movie, struct encoder *encoder, const struct pel_image *image, const double *background,
+                struct pel_error *error);
+    bool (*end)(struct movie *movie, struct pel_error *error);
+};
+
+/* "webp" or "png"; NULL for another word. */
 const struct movie_format *movie_format(const char *word);
-const char *movie_name(const struct movie_format *format); /* of the file */
-const char *movie_type(const struct movie_format *format); /* of its content, as HTTP says it */
-/* Can frames keep their alpha? */
-bool movie_has_alpha(const struct movie_format *format);
 
 struct movie *movie_begin(const struct movie_format *format, const int size[2], struct pel_error *error);
-/* The next frame, before `background` (NULL: its alpha is kept). */
+/* The next frame, before `background` (NULL: its alpha is kept). Fails where the file gets too large to be kept. */
 bool movie_add(struct movie *movie, struct encoder *encoder, const struct pel_image *image, const double *background,
                struct pel_error *error);
 /* Its file, the caller's; -1 on failure. Nothing but movie_destroy may follow. */

@@ -18,9 +18,9 @@ bool record_begin(FILE *file, char *const *files, struct pel_error *error)
     return ok || session_fail(error, PEL_ERROR_IO, "the recording cannot be written: %s", strerror(errno));
 }
 
-void record_command(FILE *file, double at_ms, int client, const json_t *command)
+void record_command(FILE *file, double at_ms, int client, const json_t *command, bool aside)
 {
-    fprintf(file, "{\"at_ms\": %.3f, \"client\": %d, \"command\": ", at_ms, client);
+    fprintf(file, "{\"at_ms\": %.3f, \"client\": %d, %s\"command\": ", at_ms, client, aside ? "\"aside\": true, " : "");
     json_dumpf(command, file, JSON_COMPACT | JSON_REAL_PRECISION(17));
     fputs("}\n", file);
     fflush(file);
@@ -29,6 +29,12 @@ void record_command(FILE *file, double at_ms, int client, const json_t *command)
 void record_leave(FILE *file, double at_ms, int client)
 {
     fprintf(file, "{\"at_ms\": %.3f, \"client\": %d, \"leave\": true}\n", at_ms, client);
+    fflush(file);
+}
+
+void record_opened(FILE *file, double at_ms, uint64_t entry, bool opened)
+{
+    fprintf(file, "{\"at_ms\": %.3f, \"%s\": %llu}\n", at_ms, opened ? "opened" : "cancelled", (unsigned long long)entry);
     fflush(file);
 }
 
@@ -109,8 +115,32 @@ static bool add_entry(struct recording *r, const json_t *line, struct pel_error 
     if (!larger)
         return false;
     r->commands = larger;
-    r->commands[r->count++] =
-        (struct recorded) { json_number_value(at), (int)json_integer_value(who), leaves ? NULL : json_incref(command) };
+    r->commands[r->count++] = (struct recorded) { json_number_value(at), (int)json_integer_value(who), leaves ? NULL : json_incref(command),
+                                                  json_is_true(json_object_get(line, "aside")) };
+    return true;
+}
+
+/* What came of an earlier command that read a file. What undo and redo read says where the camera is, whatever moved it meanwhile. */
+static bool add_end(struct recording *r, const json_t *line, struct pel_error *error)
+{
+    const json_t *opened = json_object_get(line, "opened"), *entry = opened ? opened : json_object_get(line, "cancelled"),
+                 *at = json_object_get(line, "at_ms");
+    size_t i = json_integer_value(entry) < 0 ? SIZE_MAX : (size_t)json_integer_value(entry);
+    const char *name = i < r->count ? json_string_value(json_object_get(r->commands[i].command, "do")) : NULL;
+    if (!json_is_integer(entry) || !json_is_number(at) || !name)
+        return session_fail(error, PEL_ERROR_FORMAT, "it ends no command that is above");
+    if (!opened) {
+        r->commands[i].client = 0;
+    } else if (strcmp(name, "open") == 0) {
+        struct recorded moved = r->commands[i];
+        moved.at_ms = json_number_value(at);
+        memmove(&r->commands[i], &r->commands[i + 1], (r->count - i - 1) * sizeof moved);
+        r->commands[r->count - 1] = moved;
+    } else {
+        for (i++; i < r->count; i++)
+            if (r->commands[i].aside)
+                r->commands[i].client = 0;
+    }
     return true;
 }
 
@@ -121,6 +151,8 @@ static bool add_line(struct recording *r, const json_t *line, bool first, struct
         return session_fail(error, PEL_ERROR_FORMAT, "it is no recording of version 1 of `pellucid view --record`");
     if (first)
         return add_files(r, json_object_get(line, "files"), error);
+    if (json_object_get(line, "opened") || json_object_get(line, "cancelled"))
+        return add_end(r, line, error);
     if (!scene)
         return add_entry(r, line, error);
     if (r->scene)

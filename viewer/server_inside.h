@@ -23,7 +23,7 @@ enum {
 struct shared_frame {
     int users;
     uint64_t number, order; /* order: among those of its view */
-    double since_ms;
+    double since_ms, draw_ms, encode_ms;
     char *header;
     void *bytes;
     size_t size;

@@ -2,6 +2,7 @@
 /* The session's life, its clients, and a command's way in: parsed, noted in the recording, looked up, and run under the lock. */
 #include "session.h"
 
+#include <fcntl.h>
 #include <stdarg.h>
 #include <stdlib.h>
 #include <string.h>
@@ -53,7 +54,7 @@ static void init_locks(struct session *s)
 static bool start_threads(struct session *s, struct pel_error *error)
 {
     pthread_mutex_lock(&s->lock);
-    bool opening = !s->params.open || session_open(s, NULL, NULL, NULL, 0, error);
+    bool opening = !s->params.open || session_open(s, NULL, NULL, NULL, NULL, 0, error);
     pthread_mutex_unlock(&s->lock);
     if (!opening)
         return false;
@@ -189,8 +190,10 @@ void session_leave(struct session *s, int number)
     struct session_client *client = client_of(s, number, false);
     if (client) {
         bool held = client->held;
-        if (s->params.record)
+        if (s->params.record) {
             record_leave(s->params.record, session_now() - s->started_ms, number);
+            s->recorded++;
+        }
         *client = (struct session_client) { .number = 0 };
         session_jobs_cancel(s, number);
         session_slices_leave(s);
@@ -253,7 +256,7 @@ int session_download(struct session *s, unsigned number, char name[128], const c
     pthread_mutex_lock(&s->lock);
     const struct download *entry = downloads_find(&s->downloads, number, session_now());
     if (entry) {
-        fd = dup(entry->fd);
+        fd = fcntl(entry->fd, F_DUPFD_CLOEXEC, 0);
         memcpy(name, entry->name, sizeof entry->name);
         *type = entry->type;
         *bytes = entry->bytes;
@@ -303,7 +306,7 @@ bool session_command(struct session *s, int client, const json_t *json)
     if (call.client && call.has_id)
         call.client->id = call.id; /* a refused one, too: what it asked for is as shown as it will ever be */
     if (!fine)
-        session_tell_error(s, client, error.message, &call);
+        session_tell_error(s, client, &error, &call);
     pthread_cond_signal(&s->wake);
     pthread_mutex_unlock(&s->lock);
     return fine;
@@ -317,13 +320,13 @@ bool session_command_text(struct session *s, int client, const char *text, size_
     if (json) {
         fine = session_command(s, client, json);
     } else {
-        char message[512];
+        struct pel_error error;
         if (size > SESSION_MOST_BYTES)
-            snprintf(message, sizeof message, "a command of %zu bytes is too long; at most %d are taken", size, SESSION_MOST_BYTES);
+            session_fail(&error, PEL_ERROR_ARGUMENT, "a command of %zu bytes is too long; at most %d are taken", size, SESSION_MOST_BYTES);
         else
-            snprintf(message, sizeof message, "no JSON: column %d: %.200s", e.column, e.text);
+            session_fail(&error, PEL_ERROR_ARGUMENT, "no JSON: column %d: %.200s", e.column, e.text);
         pthread_mutex_lock(&s->lock);
-        session_tell_error(s, client, message, NULL);
+        session_tell_error(s, client, &error, NULL);
         pthread_mutex_unlock(&s->lock);
     }
     json_decref(json);

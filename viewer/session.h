@@ -34,7 +34,8 @@ struct session_opened {
 struct session_frame {
     uint64_t number;
     const char *view;   /* "main", "slice-i", ... */
-    const char *header; /* JSON up to within its last member, `ms`: `wait`, `id` and `age` are the client's own, and the closing braces */
+    const char *header; /* a JSON object, to which whoever sends it adds `ms`, and the client's own: `id` and `age` */
+    double draw_ms, encode_ms;
     const void *bytes;  /* the encoded picture */
     size_t size;
     bool lossless;

@@ -15,6 +15,7 @@ enum {
     CAMERA = 1 << 2, /* an edit of the camera alone */
     FIRST = 1 << 3,  /* may come before hello */
     STEP = 1 << 4,   /* goes along the history */
+    READS = 1 << 5,  /* reads a file, if need be */
 };
 
 struct session_command {
@@ -113,8 +114,10 @@ void session_size_again(struct session *s)
 
 static bool take_size(struct call *call)
 {
-    if (!call_size(call, "size", SESSION_MOST_SIDE, SESSION_MOST_PIXELS, call->client->size))
+    int size[2];
+    if (!call_size(call, "size", SESSION_MOST_SIDE, SESSION_MOST_PIXELS, size) || !session_check_memory(size, call->error))
         return false;
+    memcpy(call->client->size, size, sizeof size);
     session_size_again(call->session);
     return true;
 }
@@ -173,8 +176,8 @@ static const struct session_command commands[] = {
     { "colormap", "name range ", EDIT, run_colormap },
     { "import", "text name ", EDIT, run_import },
     { "export", "", 0, run_export },
-    { "undo", "", STEP, run_undo },
-    { "redo", "", STEP, run_redo },
+    { "undo", "", STEP | READS, run_undo },
+    { "redo", "", STEP | READS, run_redo },
     { "probe", "at world opacity ", 0, run_probe },
     { "slices", "at size window views ", 0, run_slices },
     { "picture", "size background ", 0, run_picture },
@@ -183,7 +186,7 @@ static const struct session_command commands[] = {
     { "scene", "", 0, run_scene },
     { "device", "device ", 0, run_device },
     { "list", "path ", FREE, run_list },
-    { "open", "path array ", FREE, run_open },
+    { "open", "path array ", FREE | READS, run_open },
 };
 
 static bool has_word(const char *words, const char *word)
@@ -207,7 +210,9 @@ static bool check(const struct call *call, const struct session_command *command
         return session_fail(call->error, PEL_ERROR_ARGUMENT, "the first command of a client is hello");
     if (!call->session->volume && !(command->flags & FREE))
         return session_fail(call->error, PEL_ERROR_ARGUMENT, "there is no volume yet; open a file first");
-    if (command->flags & (EDIT | STEP) && !(command->flags & CAMERA) && session_open_steps(call->session))
+    if (command->flags & READS && call->session->opening)
+        return session_fail(call->error, PEL_ERROR_ARGUMENT, "a file is being read already; wait for it, or cancel it");
+    if (command->flags & EDIT && !(command->flags & CAMERA) && session_open_steps(call->session))
         return session_fail(call->error, PEL_ERROR_ARGUMENT, "undo or redo is reading a file; wait for it, or cancel it");
     return true;
 }
@@ -217,9 +222,9 @@ static bool check(const struct call *call, const struct session_command *command
 static bool run_edit(struct call *call, const struct session_command *command)
 {
     struct session *s = call->session;
-    char *before = NULL;
+    struct history_step before = { .text = NULL };
     bool step = !session_open_steps(s) && history_begins(&s->history, call->client->number, call->gesture);
-    if (step && !(before = pel_scene_to_text(&s->scene, NULL, call->error)))
+    if (step && !(before = session_step(s, call->error)).text)
         return false;
     bool fine = command->run(call);
     if (fine) {
@@ -227,16 +232,16 @@ static bool run_edit(struct call *call, const struct session_command *command)
         session_changed(s, camera);
         s->state_dirty |= !camera || !session_held(s);
     }
-    if (fine && before) {
+    if (fine && before.text) {
         char *after = pel_scene_to_text(&s->scene, NULL, NULL);
-        if (!after || strcmp(before, after) != 0) {
+        if (!after || strcmp(before.text, after) != 0) {
             history_push(&s->history, call->client->number, call->gesture, before);
             s->state_dirty = true;
-            before = NULL;
+            before.text = NULL;
         }
         free(after);
     }
-    free(before);
+    free(before.text);
     return fine;
 }
 
@@ -251,7 +256,10 @@ bool session_command_run(struct call *call)
         return session_fail(call->error, PEL_ERROR_ARGUMENT, "do: there is no command %.60s", call->name);
     if (!check(call, command))
         return false;
-    if (s->params.record)
-        record_command(s->params.record, session_now() - s->started_ms, call->client->number, call->json);
+    if (s->params.record) {
+        bool aside = command->flags & CAMERA && session_open_steps(s);
+        record_command(s->params.record, session_now() - s->started_ms, call->client->number, call->json, aside);
+        s->recorded++;
+    }
     return command->flags & EDIT ? run_edit(call, command) : command->run(call);
 }

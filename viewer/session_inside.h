@@ -66,6 +66,7 @@ struct session {
     int readers;                    /* threads of session_thread that are at work */
     struct session_helper *helpers; /* these, and those that ended and are not joined yet */
     int listings;                   /* of these, that list a folder */
+    uint64_t recorded;              /* entries of the recording: commands, and clients that left */
     double started_ms;
     char **paths; /* real paths that may be opened; NULL at the end */
     int named;    /* so many of them were named at the start; the others are uploads */
@@ -116,7 +117,7 @@ void session_thread_ends(struct session *session);
 /* Sends and frees an event; `call` (nullable) gives it its `id`. */
 struct call;
 void session_tell(struct session *session, int client, json_t *event, const struct call *call);
-void session_tell_error(struct session *session, int client, const char *message, const struct call *call);
+void session_tell_error(struct session *session, int client, const struct pel_error *error, const struct call *call);
 void session_tell_volume(struct session *session, int client);
 void session_tell_state(struct session *session, int client);
 void session_tell_progress(struct session *session, int client, const char *what, double done);
@@ -141,9 +142,10 @@ bool session_take_options(struct pel_renderer *renderer, const struct pel_scene 
 
 /* ---- opening.c ---- */
 
-/* Starts to read `path` (NULL: what params.open gives); `scene` (owned, nullable) is text of a scene to be taken over then, as undo
- * (direction -1) and redo (1) do; 0: a step of its own. */
-bool session_open(struct session *session, const char *path, const char *array, char *scene, int direction, struct pel_error *error);
+/* Starts to read `path` (NULL: what params.open gives), for `asker` (nullable), who is told where it fails. `step` (taken over, nullable)
+ * is what undo (direction -1) or redo (1) go to with it; direction 0: it is a step of its own. */
+bool session_open(struct session *session, const struct call *asker, const char *path, const char *array, const struct history_step *step,
+                  int direction, struct pel_error *error);
 void session_open_cancel(struct session *session);
 /* Is a file being read for a step of undo or redo? */
 bool session_open_steps(const struct session *session);
@@ -159,6 +161,7 @@ struct call {
     const char *name;
     bool has_id;
     int64_t id, gesture; /* gesture: 0 where there is none */
+    bool nothing;        /* it was refused, for there is nothing for it to do: no fault */
     struct pel_error *error;
 };
 
@@ -172,18 +175,22 @@ bool call_has(const struct call *call, const char *key);                      /*
 /* Takes over a changed scene (its transfer function, too) where it can be drawn. On failure nothing changes; `changed` is finished either
  * way. */
 bool session_take_scene(struct session *session, struct pel_scene *changed, struct pel_error *error);
-/* Can a scene's technique (none is named: the usual one) draw: on the CPU, or else on a GPU? */
-bool session_can_draw(const struct pel_technique_choice *technique, bool cpu, struct pel_error *error);
-/* A scene file or snapshot may name a technique that cannot draw here: then the usual one does. */
+/* A scene file or snapshot may name a technique that cannot draw it here: then the usual one does. */
 void session_drop_impossible_technique(const struct session *session, struct pel_scene *scene);
 /* A copy to change, to be given to session_take_scene. */
 bool session_copy_scene(const struct session *session, struct pel_scene *copy, struct pel_error *error);
 
 /* The scene of a snapshot, to be finished; what the snapshot does not say is empty. */
 bool session_scene_from_snapshot(const char *text, const struct pel_volume *volume, struct pel_scene *scene, struct pel_error *error);
-/* A step of undo (-1) or redo (1) that gave `text` (owned) could not be taken: not now, so it stays a step; or, as `error` says, not ever:
- * then it is dropped, with the steps beyond it that are of the same other file, and `error` tells of it. */
-void session_history_back(struct session *session, int direction, char *text, struct pel_error *error);
+/* What is now, as a step to come back to; its text is NULL on failure. */
+struct history_step session_step(const struct session *session, struct pel_error *error);
+/* A step of undo (-1) or redo (1) that gave `step` (taken over) could not be taken: not now, so it stays a step; or, as `error` says, not
+ * ever: then it is dropped, with the steps beyond it that are of the same other file, and `error` tells of it. */
+void session_history_back(struct session *session, int direction, struct history_step step, struct pel_error *error);
+/* What `reset` goes back to is as it was at that step. */
+void session_take_start(struct session *session, const struct history_step *step);
+/* It stays a step. */
+void session_history_keep(struct session *session, int direction, struct history_step step);
 
 /* The picture's size, anew from what the clients that are there have room for. */
 void session_size_again(struct session *session);
@@ -239,6 +246,8 @@ bool session_pick(struct call *call, double opacity, struct pel_pick *pick);
 bool run_picture(struct call *call);
 bool run_movie(struct call *call);
 bool run_cancel(struct call *call);
+/* A picture beyond the machine's memory would be given by the operating system, and end the program halfway. */
+bool session_check_memory(const int size[2], struct pel_error *error);
 /* Those of one client end. */
 void session_jobs_cancel(struct session *session, int client);
 /* Number of the oldest job's volume, which the renderer is to know. With the lock held. */
@@ -247,19 +256,19 @@ bool session_job_due(const struct session *session);
 /* A step of the oldest job: called without the lock by the thread that draws. */
 void session_job_step(struct session *session, struct pel_renderer *renderer);
 /* The oldest job cannot be drawn. With the lock held. */
-void session_job_fail(struct session *session, const char *failure);
+void session_job_fail(struct session *session, const struct pel_error *error);
 void session_jobs_finish(struct session *session);
 
 /* ---- folders.c ---- */
 
-/* session_may_open, with the lock held. */
-bool session_path_allowed(const struct session *session, const char *path);
+/* Is it a file that was named at the start, itself and not a folder that it is in? Without the lock. */
+bool session_is_named(struct session *session, const char *path);
 bool run_list(struct call *call);
 bool run_open(struct call *call);
 
 /* ---- frames.c ---- */
 
-/* Encodes and sends a picture. Called without the lock. */
+/* Encodes and sends a picture; `progress` may end that of a final one, which takes longest. Called without the lock. */
 struct frame_facts {
     const char *view, *quality;
     int of[2];
@@ -271,7 +280,8 @@ struct frame_facts {
     int64_t ids[SESSION_MOST_CLIENTS];
     int clients[SESSION_MOST_CLIENTS], client_count;
 };
-void session_send_frame(struct session *session, struct encoder *encoder, const struct pel_image *image, struct frame_facts *facts);
+bool session_send_frame(struct session *session, struct encoder *encoder, const struct pel_image *image, struct frame_facts *facts,
+                        const struct pel_progress *progress, struct pel_error *error);
 /* Notes whose commands the scene has, of all clients or of those that asked for slices: they get the picture. With the lock held. */
 void session_note_clients(const struct session *session, struct frame_facts *facts, bool slices);
 

@@ -218,12 +218,12 @@ void session_slices_draw(struct session *s, struct slices_drawer **drawer, struc
         f.scene = &d->scene;
         f.stats = pel_renderer_stats(d->renderer);
         f.draw_ms = session_now() - start;
-        session_send_frame(s, encoder, &d->image, &f);
+        fine = session_send_frame(s, encoder, &d->image, &f, &(struct pel_progress) { go_on, s }, &error);
     }
     if (fine || error.code == PEL_ERROR_CANCELLED)
         return;
     pthread_mutex_lock(&s->lock);
-    session_tell_error(s, 0, error.message, NULL);
+    session_tell_error(s, 0, &error, NULL);
     pthread_mutex_unlock(&s->lock);
 }
 

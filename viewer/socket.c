@@ -49,6 +49,8 @@ static struct shared_frame *frame_share(const struct session_frame *from)
     frame->number = from->number;
     frame->since_ms = now_ms();
     frame->header = strdup(from->header);
+    frame->draw_ms = from->draw_ms;
+    frame->encode_ms = from->encode_ms;
     frame->bytes = malloc(from->size);
     frame->size = from->size;
     if (frame->header && frame->bytes) {
@@ -190,10 +192,10 @@ static bool write_event(struct socket *socket, const struct waiting_event *event
 
 static bool write_frame(struct socket *socket, const struct shared_frame *frame, int64_t id, uint64_t age)
 {
-    char tail[128];
-    size_t head = strlen(frame->header);
-    int length = snprintf(tail, sizeof tail, ",\"wait\":%.3f},\"id\":%lld,\"age\":%llu}", now_ms() - frame->since_ms, (long long)id,
-                          (unsigned long long)age);
+    char tail[200];
+    size_t head = strlen(frame->header) - 1; /* but for its closing brace */
+    int length = snprintf(tail, sizeof tail, ",\"ms\":{\"draw\":%.3f,\"encode\":%.3f,\"wait\":%.3f},\"id\":%lld,\"age\":%llu}",
+                          frame->draw_ms, frame->encode_ms, now_ms() - frame->since_ms, (long long)id, (unsigned long long)age);
     uint32_t count = (uint32_t)(head + (size_t)length);
     size_t size = 4 + count + frame->size;
     unsigned char *message = malloc(LWS_PRE + size), *at = message ? message + LWS_PRE : NULL;

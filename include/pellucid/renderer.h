@@ -96,6 +96,11 @@ void *pel_renderer_options(struct pel_renderer *renderer, const char *technique)
  * only checks. */
 bool pel_renderer_take_technique(struct pel_renderer *renderer, const struct pel_technique_choice *choice, struct pel_error *error);
 
+/* Can the technique that the scene names (none: "raycast") draw it, with the options that it names for it and else the defaults, on a GPU or
+ * on the CPU? It tells what the scene itself decides (its mode and classification); that a GPU has too little memory, a draw tells. The
+ * scene has its volume. */
+bool pel_technique_check(const struct pel_scene *scene, bool gpu, struct pel_error *error);
+
 /* The other way: a technique with all its options, which are in the object that its rows describe (NULL where it has none). */
 void pel_technique_tell(const struct pel_technique_info *technique, const void *options, struct pel_technique_choice *choice);
 

@@ -290,7 +290,8 @@ static bool draw_frame(struct pel_renderer *r, size_t i, const struct pel_scene 
         .stats = &r->stats,
     };
     struct pel_gl_saved saved;
-    if (!check_options(&t->info, r->options[i], error) || !enter_device(device, &saved, error))
+    if (!check_options(&t->info, r->options[i], error) || (t->check && !t->check(&scene, r->options[i], device, error)) ||
+        !enter_device(device, &saved, error))
         return false;
     bool ok = t->prepare(&r->states[i], &frame, error) && remember(r, i, view, settings, image, error);
     if (!ok)

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* What a technique is to the renderer: a const descriptor with three functions, and a state that the renderer keeps for it between frames.
+/* What a technique is to the renderer: a const descriptor with a few functions, and a state that the renderer keeps for it between frames.
  * To add one: a folder with its file, and one line in techniques.c. */
 #ifndef PEL_RENDER_TECHNIQUE_H
 #define PEL_RENDER_TECHNIQUE_H
@@ -36,6 +36,10 @@ struct pel_frame {
 
 struct pel_technique {
     struct pel_technique_info info;
+    /* Can it draw this: by its mode, classification and options, on a GPU or on the CPU? What it cannot is refused, so that nobody takes
+     * another picture for the one asked for. Comes before each prepare, and before anything is drawn at all (pel_technique_check). NULL:
+     * any scene. */
+    bool (*check)(const struct pel_scene *scene, const void *options, bool gpu, struct pel_error *error);
     /* `*state` starts as NULL; the technique allocates what it needs in prepare and frees it in finish. A failed prepare may leave a state
      * behind, and is asked again with all changes. */
     bool (*prepare)(void **state, const struct pel_frame *frame, struct pel_error *error);

@@ -1,13 +1,12 @@
 /* SPDX-License-Identifier: MIT */
 /* A technique and its options as text, for scene files: io knows no techniques, so that what a file says of them is checked here. */
-#include <pellucid/renderer.h>
-
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "alloc.h"
 #include "fail.h"
+#include "technique.h"
 
 static bool refuse_name(const char *name, struct pel_error *error)
 {
@@ -47,6 +46,29 @@ bool pel_renderer_take_technique(struct pel_renderer *renderer, const struct pel
     if (ok && options)
         memcpy(options, changed, info->options_size);
     free(changed);
+    return ok;
+}
+
+bool pel_technique_check(const struct pel_scene *scene, bool gpu, struct pel_error *error)
+{
+    const struct pel_technique *const *t = pel_techniques;
+    if (!scene->technique.name[0])
+        return true; /* ray casting draws all */
+    if (!pel_technique_find(scene->technique.name))
+        return refuse_name(scene->technique.name, error);
+    while (strcmp((*t)->info.name, scene->technique.name) != 0)
+        t++;
+    const struct pel_technique_info *info = &(*t)->info;
+    gpu &= (info->engines & PEL_ENGINE_GPU) != 0;
+    if (!gpu && !(info->engines & PEL_ENGINE_CPU))
+        return pel_fail(error, PEL_ERROR_UNSUPPORTED,
+                        "technique.name: %s draws on a GPU alone, not on the CPU; choose a GPU, or another technique", info->name);
+    void *options = pel_alloc(1, info->options_size ? info->options_size : 1, "options", error);
+    if (!options)
+        return false;
+    pel_option_defaults(info->options, options);
+    bool ok = set(info, &scene->technique, options, error) && (!(*t)->check || (*t)->check(scene, options, gpu, error));
+    free(options);
     return ok;
 }
 

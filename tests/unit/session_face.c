@@ -1,13 +1,55 @@
 /* SPDX-License-Identifier: MIT */
 #include "session_face.h"
 
+#include <fcntl.h>
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
 #include <stdlib.h>
 #include <string.h>
+#include <unistd.h>
 
 #include <cmocka.h>
+
+const char *const good_commands[] = {
+    "{\"do\":\"size\",\"size\":[64,80]}",
+    "{\"do\":\"hold\"}",
+    "{\"do\":\"rotate\",\"by\":[0.1,-0.2],\"gesture\":3,\"id\":17}",
+    "{\"do\":\"pan\",\"by\":[0.01,0.02],\"gesture\":4}",
+    "{\"do\":\"release\"}",
+    "{\"do\":\"zoom\",\"by\":1.5}",
+    "{\"do\":\"zoom\",\"by\":0.5,\"at\":[0.2,0.9]}",
+    "{\"do\":\"roll\",\"by\":10}",
+    "{\"do\":\"view\",\"axis\":\"-z\"}",
+    "{\"do\":\"reset\"}",
+    "{\"do\":\"focus\",\"at\":[0.5,0.5]}",
+    "{\"do\":\"set\",\"scene\":{\"render\":{\"shade\":true}}}",
+    "{\"do\":\"set\",\"scene\":{\"render\":{\"mode\":\"isosurface\"}}}",
+    "{\"do\":\"set\",\"scene\":{\"isosurfaces\":[{\"value\":0.4},{\"value\":0.6,\"opacity\":0.5}]}}",
+    "{\"do\":\"set\",\"scene\":{\"clip-box\":[-1,1,-1,1,-1,0.5]}}",
+    "{\"do\":\"set\",\"scene\":{\"render\":{\"mode\":\"composite\"},\"clip-box\":null}}",
+    "{\"do\":\"set\",\"scene\":{\"technique\":{\"name\":\"slices2d\",\"options\":{\"blend\":5}}}}",
+    "{\"do\":\"set\",\"scene\":{\"technique\":{\"name\":\"raycast\"}}}",
+    "{\"do\":\"automatic\",\"what\":\"transfer\"}",
+    "{\"do\":\"automatic\",\"what\":\"isosurfaces\"}",
+    "{\"do\":\"automatic\",\"what\":\"slice\"}",
+    "{\"do\":\"automatic\",\"what\":\"camera\"}",
+    "{\"do\":\"colormap\",\"name\":\"viridis\",\"range\":[0,1]}",
+    "{\"do\":\"import\",\"text\":\"[{\\\"Name\\\":\\\"a\\\",\\\"ColorSpace\\\":\\\"RGB\\\",\\\"RGBPoints\\\":[0,1,0,0,1,0,0,1]}]\"}",
+    "{\"do\":\"export\"}",
+    "{\"do\":\"scene\"}",
+    "{\"do\":\"undo\"}",
+    "{\"do\":\"redo\"}",
+    "{\"do\":\"probe\",\"at\":[0.5,0.5]}",
+    "{\"do\":\"slices\",\"at\":[0,0,0],\"size\":[32,32],\"window\":[0.2,0.8]}",
+    "{\"do\":\"slices\",\"at\":[0.1,0,0]}",
+    "{\"do\":\"slices\",\"at\":[0.1,0,0],\"views\":[null,{\"center\":[0,0,0],\"scale\":0.1},{\"center\":[9e99,0,0],\"scale\":1e-99}]}",
+    "{\"do\":\"slices\",\"at\":null}",
+    "{\"do\":\"device\",\"device\":\"cpu\"}",
+    "{\"do\":\"list\"}",
+    "{\"do\":\"cancel\"}",
+    NULL,
+};
 
 static void on_frame(void *user, const struct session_frame *frame)
 {
@@ -175,4 +217,64 @@ int errors(struct face *face)
         count += strcmp(json_string_value(json_object_get(json_array_get(face->events, i), "event")), "error") == 0;
     pthread_mutex_unlock(&face->lock);
     return count;
+}
+
+void make(struct files *f)
+{
+    struct pel_volume volume;
+    strcpy(f->folder, "/tmp/pellucid-session-XXXXXX");
+    assert_non_null(mkdtemp(f->folder));
+    snprintf(f->a, sizeof f->a, "%s/a.nrrd", f->folder);
+    snprintf(f->b, sizeof f->b, "%s/b.nrrd", f->folder);
+    assert_true(compute(&volume, NULL));
+    assert_true(pel_write_volume(f->a, &volume, NULL, NULL));
+    for (size_t i = 0; i < volume.dims[0] * volume.dims[1] * volume.dims[2]; i++)
+        ((float *)volume.data)[i] *= (float)(i % volume.dims[0]); /* another thing to see */
+    pel_volume_update_range(&volume);
+    assert_true(pel_write_volume(f->b, &volume, NULL, NULL));
+    pel_volume_finish(&volume);
+}
+
+void begin(struct files *f)
+{
+    make(f);
+    start_with(&f->face, (const char *const[]) { f->folder, NULL }, NULL, NULL, NULL);
+    assert_true(say(&f->face, 1, "{\"do\":\"hello\",\"size\":[96,64]}"));
+}
+
+bool say_of(struct files *f, const char *format, const char *path)
+{
+    char text[512];
+    snprintf(text, sizeof text, format, path);
+    return say(&f->face, 1, text);
+}
+
+void show(struct files *f, const char *path)
+{
+    assert_true(say_of(f, "{\"do\":\"open\",\"path\":\"%s\"}", path));
+    assert_true(session_settle(f->face.session, false));
+    assert_string_equal(json_string_value(json_object_get(last(&f->face, "volume"), "path")), path);
+}
+
+void done(struct files *f)
+{
+    finish(&f->face);
+    unlink(f->a);
+    unlink(f->b);
+    rmdir(f->folder);
+}
+
+int steps(struct files *f, const char *which)
+{
+    session_settle(f->face.session, true);
+    return (int)json_integer_value(json_object_get(last(&f->face, "state"), which));
+}
+
+void put(const char *folder, const char *name, size_t at, const char *bytes)
+{
+    char path[512];
+    snprintf(path, sizeof path, "%s/%s", folder, name);
+    int fd = open(path, O_CREAT | O_WRONLY, 0600);
+    assert_int_equal(pwrite(fd, bytes, strlen(bytes), (off_t)at), (ssize_t)strlen(bytes));
+    close(fd);
 }

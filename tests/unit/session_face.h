@@ -32,6 +32,8 @@ void start_with(struct face *face, const char *const *paths, FILE *record,
                 bool (*open)(void *, struct session_opened *, const struct pel_progress *, struct pel_error *), void *open_user);
 /* A command of a client; false: it was refused. */
 bool say(struct face *face, int client, const char *text);
+/* Of every kind of command one that is taken; NULL at the end. */
+extern const char *const good_commands[];
 /* With a first client that said hello. */
 void start(struct face *face);
 void finish(struct face *face);
@@ -47,5 +49,22 @@ void *rest(struct face *face, size_t *size);
 bool same(struct face *face, const void *picture, size_t size);
 /* How many were told. */
 int errors(struct face *face);
+
+/* A session whose files are in a folder of its own, at first two volumes. */
+struct files {
+    struct face face;
+    char folder[64], a[256], b[256];
+};
+
+void make(struct files *f); /* the files alone */
+void begin(struct files *f);
+void done(struct files *f);
+bool say_of(struct files *f, const char *format, const char *path);
+/* Opens it. */
+void show(struct files *f, const char *path);
+/* How many there are of "undo", "redo". */
+int steps(struct files *f, const char *which);
+/* Writes into a file. */
+void put(const char *folder, const char *name, size_t at, const char *bytes);
 
 #endif

@@ -10,28 +10,34 @@
 
 #include "history.h"
 
-static void expect(char *text, const char *wanted)
+static struct history_step step(const char *text)
 {
-    assert_non_null(text);
-    assert_string_equal(text, wanted);
-    free(text);
+    return (struct history_step) { .text = strdup(text), .fitted = text[0] == 'a' };
+}
+
+static void expect(struct history_step found, const char *wanted)
+{
+    assert_non_null(found.text);
+    assert_string_equal(found.text, wanted);
+    assert_int_equal(found.fitted, wanted[0] == 'a');
+    free(found.text);
 }
 
 static void test_there_and_back(void **state)
 {
     (void)state;
     struct history h = { .client = 0 };
-    assert_null(history_undo(&h, strdup("a")));
-    assert_null(history_redo(&h, strdup("a")));
-    history_push(&h, 1, 0, strdup("a"));
-    history_push(&h, 1, 0, strdup("b"));
-    expect(history_undo(&h, strdup("c")), "b");
-    expect(history_undo(&h, strdup("b")), "a");
-    assert_null(history_undo(&h, strdup("a")));
-    expect(history_redo(&h, strdup("a")), "b");
+    assert_null(history_undo(&h, step("a")).text);
+    assert_null(history_redo(&h, step("a")).text);
+    history_push(&h, 1, 0, step("a"));
+    history_push(&h, 1, 0, step("b"));
+    expect(history_undo(&h, step("c")), "b");
+    expect(history_undo(&h, step("b")), "a");
+    assert_null(history_undo(&h, step("a")).text);
+    expect(history_redo(&h, step("a")), "b");
     assert_int_equal(h.undo.count, 1);
     assert_int_equal(h.redo.count, 1);
-    history_push(&h, 1, 0, strdup("b"));
+    history_push(&h, 1, 0, step("b"));
     assert_int_equal(h.redo.count, 0); /* what was undone is gone */
     history_finish(&h);
 }
@@ -41,12 +47,12 @@ static void test_gestures(void **state)
     (void)state;
     struct history h = { .client = 0 };
     assert_true(history_begins(&h, 1, 7));
-    history_push(&h, 1, 7, strdup("a"));
+    history_push(&h, 1, 7, step("a"));
     assert_false(history_begins(&h, 1, 7));
     assert_true(history_begins(&h, 1, 8));
     assert_true(history_begins(&h, 2, 7)); /* another client's */
     assert_true(history_begins(&h, 1, 0)); /* none: each change is a step */
-    expect(history_undo(&h, strdup("b")), "a");
+    expect(history_undo(&h, step("b")), "a");
     assert_true(history_begins(&h, 1, 7)); /* a step back ends it */
     history_finish(&h);
 }
@@ -58,16 +64,16 @@ static void test_bounds(void **state)
     char text[16];
     for (int i = 0; i < HISTORY_MOST_STEPS + 10; i++) {
         snprintf(text, sizeof text, "%d", i);
-        history_push(&h, 1, 0, strdup(text));
+        history_push(&h, 1, 0, step(text));
     }
     assert_int_equal(h.undo.count, HISTORY_MOST_STEPS);
-    expect(history_undo(&h, strdup("now")), text);
+    expect(history_undo(&h, step("now")), text);
     size_t large = HISTORY_MOST_BYTES / 2;
     for (int i = 0; i < 3; i++) {
         char *whole = malloc(large + 1);
         memset(whole, 'x', large);
         whole[large] = 0;
-        history_push(&h, 1, 0, whole);
+        history_push(&h, 1, 0, (struct history_step) { .text = whole });
     }
     assert_true(h.undo.bytes <= HISTORY_MOST_BYTES);
     assert_int_equal(h.undo.count, 1);

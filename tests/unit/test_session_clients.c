@@ -10,6 +10,7 @@
 #include <cmocka.h>
 
 #include "session_face.h"
+#include "session_inside.h"
 
 /* Events of a kind to a client. */
 static int told(struct face *face, int client, const char *kind)
@@ -59,6 +60,28 @@ static void test_jobs(void **state)
     finish(&face);
 }
 
+/* It is cancelled while it is packed, too. */
+static void test_cancel_while_packing(void **state)
+{
+    (void)state;
+    struct face face;
+    start(&face);
+    assert_true(say(&face, 1, "{\"do\":\"set\",\"scene\":{\"render\":{\"refine\":0}}}"));
+    session_settle(face.session, true);
+    assert_true(say(&face, 1, "{\"do\":\"picture\",\"size\":[1024,1024]}"));
+    for (bool packs = false; !packs;) { /* at rest no other thread of the session is at work */
+        usleep(1000);
+        pthread_mutex_lock(&face.session->lock);
+        packs = face.session->readers > 0;
+        pthread_mutex_unlock(&face.session->lock);
+    }
+    assert_true(say(&face, 1, "{\"do\":\"cancel\"}"));
+    session_settle(face.session, true);
+    assert_int_equal(told(&face, 1, "download"), 0);
+    assert_string_equal(json_string_value(json_object_get(last(&face, "error"), "code")), "cancelled");
+    finish(&face);
+}
+
 /* Slices are drawn while somebody asks for them, and sent to who does. */
 static void test_slices(void **state)
 {
@@ -91,6 +114,13 @@ static void test_slices(void **state)
     finish(&face);
 }
 
+/* From the next command on, which leaves session.abort as it is: until the thread that draws is at what came of it. */
+static void wait_until_drawing(struct face *face)
+{
+    while (atomic_load(&face->session->abort))
+        usleep(1000);
+}
+
 /* They do not wait for a large picture that is drawn to be saved. */
 static void test_slices_stop_a_picture(void **state)
 {
@@ -99,8 +129,9 @@ static void test_slices_stop_a_picture(void **state)
     start(&face);
     assert_true(say(&face, 1, "{\"do\":\"set\",\"scene\":{\"render\":{\"refine\":0,\"step\":0.01}}}"));
     session_settle(face.session, true);
+    atomic_store(&face.session->abort, SESSION_CHANGED);
     assert_true(say(&face, 1, "{\"do\":\"picture\",\"size\":[2048,2048]}")); /* seconds */
-    usleep(50000);
+    wait_until_drawing(&face);
     assert_true(say(&face, 1, "{\"do\":\"slices\",\"at\":[0,0,0],\"size\":[32,32]}"));
     for (int i = 0, slices = 0; i < 6000 && slices < 3; i++) {
         usleep(5000);
@@ -133,7 +164,7 @@ static void test_full_quality_is_stopped(void **state)
     assert_true(say(&face, 1, "{\"do\":\"set\",\"scene\":{\"render\":{\"step\":0.01}}}")); /* seconds */
     assert_true(say(&face, 1, "{\"do\":\"size\",\"size\":[2048,2048]}"));
     assert_true(say(&face, 1, "{\"do\":\"release\"}"));
-    usleep(20000);
+    wait_until_drawing(&face);
     assert_true(say(&face, 1, "{\"do\":\"hold\"}"));
     pthread_mutex_lock(&face.lock);
     face.unwanted = false;
@@ -142,6 +173,47 @@ static void test_full_quality_is_stopped(void **state)
     session_settle(face.session, false);
     assert_int_equal(face.full, full);
     assert_true(face.moving > 0);
+    finish(&face);
+}
+
+/* A volume that is longer than a stack of textures can be. */
+static bool open_on_gpu(void *user, struct session_opened *opened, const struct pel_progress *progress, struct pel_error *error)
+{
+    if (!open_computed(user, opened, progress, error))
+        return false;
+    pel_volume_finish(&opened->volume);
+    pel_volume_init(&opened->volume);
+    if (!pel_volume_allocate(&opened->volume, (const size_t[3]) { 70000, 2, 2 }, PEL_U8, 1, error))
+        return false;
+    memset(opened->volume.data, 200, 140000);
+    pel_volume_update_range(&opened->volume);
+    opened->device = pel_device_create(-1, NULL, NULL);
+    return true;
+}
+
+/* What one technique cannot draw on the GPU is told to all, and the GPU goes on with the next. */
+static void test_gpu_stays(void **state)
+{
+    (void)state;
+    struct face face;
+    start_with(&face, NULL, NULL, open_on_gpu, NULL);
+    assert_true(say(&face, 1, "{\"do\":\"hello\",\"size\":[96,64]}"));
+    session_settle(face.session, true);
+    const char *kind = json_string_value(json_object_get(json_object_get(last(&face, "hello"), "device"), "kind"));
+    if (strcmp(kind, "cpu") == 0) {
+        finish(&face);
+        skip(); /* there is no GPU, not even one in software */
+    }
+    assert_int_equal(errors(&face), 0);
+    assert_true(say(&face, 1, "{\"do\":\"set\",\"scene\":{\"technique\":{\"name\":\"slices2d\"}}}"));
+    session_settle(face.session, true);
+    assert_true(told(&face, 0, "error") > 0);
+    assert_non_null(strstr(json_string_value(json_object_get(last(&face, "error"), "message")), "stacks"));
+    assert_int_equal(told(&face, 0, "devices"), 0);
+    int finals = face.finals;
+    assert_true(say(&face, 1, "{\"do\":\"undo\"}"));
+    session_settle(face.session, true);
+    assert_int_equal(face.finals, finals + 1);
     finish(&face);
 }
 
@@ -185,7 +257,9 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_sizes),
+        cmocka_unit_test(test_gpu_stays),
         cmocka_unit_test(test_jobs),
+        cmocka_unit_test(test_cancel_while_packing),
         cmocka_unit_test(test_slices),
         cmocka_unit_test(test_slices_stop_a_picture),
         cmocka_unit_test(test_full_quality_is_stopped),

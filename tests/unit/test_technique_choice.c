@@ -88,8 +88,53 @@ static void test_refusals(void **state)
     pel_renderer_destroy(renderer);
 }
 
+/* Whether a scene can be drawn is known before it is. */
+static void test_check(void **state)
+{
+    (void)state;
+    const struct {
+        const char *name;
+        enum pel_mode mode;
+        enum pel_classification classification;
+        bool gpu;
+        const char *message; /* NULL: it can */
+    } cases[] = {
+        { "", PEL_MODE_MIP, PEL_CLASSIFICATION_PREINTEGRATED, false, NULL },
+        { "raycast", PEL_MODE_MIP, PEL_CLASSIFICATION_POST, false, NULL },
+        { "auto", PEL_MODE_MIP, PEL_CLASSIFICATION_POST, true, NULL },
+        { "reference", PEL_MODE_MIP, PEL_CLASSIFICATION_POST, true, NULL },
+        { "slices2d", PEL_MODE_COMPOSITE, PEL_CLASSIFICATION_POST, false, NULL },
+        { "slices2d", PEL_MODE_COMPOSITE, PEL_CLASSIFICATION_PRE, false, "slices2d classifies after interpolation" },
+        { "slices2d", PEL_MODE_COMPOSITE, PEL_CLASSIFICATION_PRE, true, NULL },
+        { "slices2d", PEL_MODE_COMPOSITE, PEL_CLASSIFICATION_PREINTEGRATED, true, "slices2d cannot pre-integrate" },
+        { "slices2d", PEL_MODE_ISOSURFACE, PEL_CLASSIFICATION_POST, false, "slices2d draws mode composite alone" },
+        { "slices2d", PEL_MODE_ISOSURFACE, PEL_CLASSIFICATION_POST, true, NULL },
+        { "slices2d", PEL_MODE_MIP, PEL_CLASSIFICATION_POST, true, "slices2d draws the modes" },
+        { "slices3d", PEL_MODE_MIP, PEL_CLASSIFICATION_POST, true, "slices3d draws mode composite alone" },
+        { "mesh", PEL_MODE_ISOSURFACE, PEL_CLASSIFICATION_POST, true, NULL },
+        { "mesh", PEL_MODE_ISOSURFACE, PEL_CLASSIFICATION_POST, false, "technique.name: mesh draws on a GPU alone" },
+        { "mesh", PEL_MODE_SLICE, PEL_CLASSIFICATION_POST, true, "mesh draws mode isosurface alone" },
+        { "peel", PEL_MODE_COMPOSITE, PEL_CLASSIFICATION_POST, true, "peel draws mode isosurface alone" },
+        { "raymarch", PEL_MODE_COMPOSITE, PEL_CLASSIFICATION_POST, true, "technique.name: there is no raymarch" },
+    };
+    const struct pel_volume volume = { .dims = { 8, 8, 8 } };
+    for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+        struct pel_error error = PEL_ERROR_INIT;
+        struct pel_scene scene;
+        assert_true(pel_scene_init(&scene, &error));
+        scene.volume = &volume;
+        scene.render.mode = cases[i].mode;
+        scene.render.classification = cases[i].classification;
+        strcpy(scene.technique.name, cases[i].name);
+        bool can = pel_technique_check(&scene, cases[i].gpu, &error);
+        if (can != !cases[i].message || strncmp(error.message, can ? "" : cases[i].message, can ? 1 : strlen(cases[i].message)) != 0)
+            fail_msg("%zu: %s: %s", i, cases[i].name, error.message);
+        pel_scene_finish(&scene);
+    }
+}
+
 int main(void)
 {
-    const struct CMUnitTest tests[] = { cmocka_unit_test(test_round_trip), cmocka_unit_test(test_refusals) };
+    const struct CMUnitTest tests[] = { cmocka_unit_test(test_round_trip), cmocka_unit_test(test_refusals), cmocka_unit_test(test_check) };
     return cmocka_run_group_tests_name("technique_choice", tests, NULL, NULL);
 }

@@ -28,13 +28,13 @@ static bool is_default_tolerance(const struct pel_mesh_options *o)
     return o->tolerance == defaults.tolerance;
 }
 
-/* What triangles cannot draw is refused, so that nobody takes another picture for the one asked for. */
-static bool check(const struct pel_frame *frame, struct pel_error *error)
+static bool check(const struct pel_scene *scene, const void *chosen, bool gpu, struct pel_error *error)
 {
-    const struct pel_volume *v = frame->scene->volume;
-    if (frame->scene->render.mode != PEL_MODE_ISOSURFACE)
+    (void)gpu;
+    const struct pel_volume *v = scene->volume;
+    const struct pel_mesh_options *o = chosen;
+    if (scene->render.mode != PEL_MODE_ISOSURFACE)
         return pel_fail(error, PEL_ERROR_ARGUMENT, "mesh draws mode isosurface alone; use the technique raycast for the others");
-    const struct pel_mesh_options *o = frame->options;
     if (o->extract == PEL_MESH_EXTRACT_GPU && o->tolerance != 0 && !is_default_tolerance(o))
         return pel_fail(error, PEL_ERROR_ARGUMENT,
                         "mesh: the GPU's triangles keep no tolerance (%g voxels were asked for); take extract cpu, or tolerance 0",
@@ -48,7 +48,7 @@ static bool check(const struct pel_frame *frame, struct pel_error *error)
 
 static bool prepare(void **state, const struct pel_frame *frame, struct pel_error *error)
 {
-    if (!check(frame, error) || (!*state && !(*state = pel_mesh_renderer_create(frame->device, error))))
+    if (!*state && !(*state = pel_mesh_renderer_create(frame->device, error)))
         return false;
     return pel_mesh_renderer_prepare(*state, frame, error);
 }
@@ -73,6 +73,7 @@ const struct pel_technique pel_technique_mesh = {
         .options = options,
         .options_size = sizeof(struct pel_mesh_options),
     },
+    .check = check,
     .prepare = prepare,
     .draw = draw,
     .finish = finish,

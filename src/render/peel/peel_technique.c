@@ -30,14 +30,19 @@ static const struct pel_option options[] = {
 };
 #undef AT
 
-/* What peeling cannot draw is refused, so that nobody takes another picture for the one asked for. */
-static bool prepare(void **state, const struct pel_frame *frame, struct pel_error *error)
+static bool check(const struct pel_scene *scene, const void *chosen, bool gpu, struct pel_error *error)
 {
-    const struct pel_peel_options *o = frame->options;
-    if (frame->scene->render.mode != PEL_MODE_ISOSURFACE)
+    (void)gpu;
+    const struct pel_peel_options *o = chosen;
+    if (scene->render.mode != PEL_MODE_ISOSURFACE)
         return pel_fail(error, PEL_ERROR_ARGUMENT, "peel draws mode isosurface alone; use the technique raycast for the others");
     if (o->skipping == PEL_BY_TREE && !o->interior)
         return pel_fail(error, PEL_ERROR_ARGUMENT, "peel: a tree has no first and last layer; leave out segments tree or no-interior");
+    return true;
+}
+
+static bool prepare(void **state, const struct pel_frame *frame, struct pel_error *error)
+{
     if (!*state && !(*state = pel_peel_create(frame->device, error)))
         return false;
     return pel_peel_prepare(*state, frame, error);
@@ -63,6 +68,7 @@ const struct pel_technique pel_technique_peel = {
         .options = options,
         .options_size = sizeof(struct pel_peel_options),
     },
+    .check = check,
     .prepare = prepare,
     .draw = draw,
     .finish = finish,

@@ -78,18 +78,10 @@ void pel_gpu_slices2d_destroy(struct pel_gpu_slices2d *s)
 
 /* ---- preparing a frame ---- */
 
-/* What slices cannot draw is refused, so that nobody takes another picture for the one asked for. */
-static bool check(const struct pel_gpu_slices2d *s, const struct pel_frame *frame, struct pel_error *error)
+static bool check_size(const struct pel_gpu_slices2d *s, const struct pel_frame *frame, struct pel_error *error)
 {
-    const struct pel_render_settings *r = &frame->scene->render;
     const size_t *dims = frame->scene->volume->dims;
     GLint layers = 0;
-    if (r->mode != PEL_MODE_COMPOSITE && r->mode != PEL_MODE_ISOSURFACE && r->mode != PEL_MODE_SLICE)
-        return pel_fail(error, PEL_ERROR_ARGUMENT,
-                        "slices2d draws the modes composite, isosurface and slice on a GPU; use the technique raycast for the others");
-    if (r->mode == PEL_MODE_COMPOSITE && r->classification == PEL_CLASSIFICATION_PREINTEGRATED)
-        return pel_fail(error, PEL_ERROR_ARGUMENT,
-                        "slices2d cannot pre-integrate; use the classification post or pre, or the technique raycast");
     glGetIntegerv(GL_MAX_ARRAY_TEXTURE_LAYERS, &layers);
     for (int a = 0; a < 3; a++)
         if (dims[a] > (size_t)s->device->info.max_texture_2d || dims[a] > (size_t)layers)
@@ -168,7 +160,7 @@ bool pel_gpu_slices2d_prepare(struct pel_gpu_slices2d *s, const struct pel_frame
 {
     const struct pel_scene *scene = frame->scene;
     const struct pel_slices2d_options *o = frame->options;
-    if (!check(s, frame, error))
+    if (!check_size(s, frame, error))
         return false;
     if (frame->changes & PEL_CHANGE_VOLUME) {
         release_volume(s);

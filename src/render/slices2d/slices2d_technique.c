@@ -100,7 +100,17 @@ static struct pel_frame scheduled(struct slicer *slicer, const struct pel_frame 
     return own;
 }
 
-/* What slices cannot draw is refused, so that nobody takes another picture for the one asked for. */
+static bool check_gpu(const struct pel_render_settings *r, struct pel_error *error)
+{
+    if (r->mode != PEL_MODE_COMPOSITE && r->mode != PEL_MODE_ISOSURFACE && r->mode != PEL_MODE_SLICE)
+        return pel_fail(error, PEL_ERROR_ARGUMENT,
+                        "slices2d draws the modes composite, isosurface and slice on a GPU; use the technique raycast for the others");
+    if (r->mode == PEL_MODE_COMPOSITE && r->classification == PEL_CLASSIFICATION_PREINTEGRATED)
+        return pel_fail(error, PEL_ERROR_ARGUMENT,
+                        "slices2d cannot pre-integrate; use the classification post or pre, or the technique raycast");
+    return true;
+}
+
 static bool check_cpu(const struct pel_scene *scene, const struct pel_slices2d_options *o, struct pel_error *error)
 {
     if (scene->render.mode != PEL_MODE_COMPOSITE)
@@ -112,6 +122,11 @@ static bool check_cpu(const struct pel_scene *scene, const struct pel_slices2d_o
     if (o->lighting != PEL_LIGHTING_SCENE || o->coordinates != PEL_COORDINATES_CORRECTED)
         return pel_fail(error, PEL_ERROR_ARGUMENT, "slices2d: lighting and texture-coordinates are the GPU engine's; use --device gpu");
     return true;
+}
+
+static bool check(const struct pel_scene *scene, const void *chosen, bool gpu, struct pel_error *error)
+{
+    return gpu ? check_gpu(&scene->render, error) : check_cpu(scene, chosen, error);
 }
 
 static bool prepare_cpu(struct pel_shear_warp *sw, const struct pel_frame *frame, struct pel_error *error)
@@ -152,8 +167,6 @@ static bool prepare(void **state, const struct pel_frame *frame, struct pel_erro
             slicer->gpu = pel_gpu_slices2d_create(frame->device, error);
         return slicer->gpu && pel_gpu_slices2d_prepare(slicer->gpu, &own, error);
     }
-    if (!check_cpu(frame->scene, own.options, error))
-        return false;
     if (!slicer->cpu)
         slicer->cpu = pel_shear_warp_create(frame->threads, getenv("PELLUCID_ISA"), error);
     return slicer->cpu && prepare_cpu(slicer->cpu, &own, error);
@@ -214,6 +227,7 @@ const struct pel_technique pel_technique_slices2d = {
         .options = options,
         .options_size = sizeof(struct pel_slices2d_options),
     },
+    .check = check,
     .prepare = prepare,
     .draw = draw,
     .finish = finish,

@@ -49,11 +49,11 @@ static bool power_of_two(int n)
     return (n & (n - 1)) == 0;
 }
 
-/* What slices cannot draw is refused, so that nobody takes another picture for the one asked for. */
-static bool check(const struct pel_frame *frame, struct pel_error *error)
+static bool check(const struct pel_scene *scene, const void *chosen, bool gpu, struct pel_error *error)
 {
-    const struct pel_slices3d_options *o = frame->options;
-    if (frame->scene->render.mode != PEL_MODE_COMPOSITE)
+    (void)gpu;
+    const struct pel_slices3d_options *o = chosen;
+    if (scene->render.mode != PEL_MODE_COMPOSITE)
         return pel_fail(error, PEL_ERROR_ARGUMENT, "slices3d draws mode composite alone; use the technique raycast for the others");
     if (!power_of_two(o->cube_t) || !power_of_two(o->cube_p))
         return pel_fail(error, PEL_ERROR_ARGUMENT, "slices3d: cubes have edges of 1, 2, 4, 8, 16 or 32 voxels");
@@ -64,7 +64,7 @@ static bool check(const struct pel_frame *frame, struct pel_error *error)
 
 static bool prepare(void **state, const struct pel_frame *frame, struct pel_error *error)
 {
-    if (!check(frame, error) || (!*state && !(*state = pel_slices3d_create(frame->device, error))))
+    if (!*state && !(*state = pel_slices3d_create(frame->device, error)))
         return false;
     return pel_slices3d_prepare(*state, frame, error);
 }
@@ -89,6 +89,7 @@ const struct pel_technique pel_technique_slices3d = {
         .options = options,
         .options_size = sizeof(struct pel_slices3d_options),
     },
+    .check = check,
     .prepare = prepare,
     .draw = draw,
     .finish = finish,
