@@ -197,8 +197,11 @@ export class Face {
     /** The middle of an element. */
     async middle(selector) {
         const element = this.page.locator(selector).first();
-        await element.waitFor();
-        const box = await element.boundingBox();
+        let box = null;
+        for (let i = 0; !box && i < 20; i++) {
+            await element.waitFor();
+            box = await element.boundingBox(); /* null where it was drawn anew meanwhile */
+        }
         assert(box, `${selector} is not seen`);
         return [box.x + box.width / 2, box.y + box.height / 2];
     }

@@ -156,10 +156,12 @@ export function filesPanel(app) {
     watch(['panel', 'link'], () => get('panel') === 'file' && get('link')?.state === 'open' && browse(here));
     const about = h('dl', { class: 'facts' }),
         notes = h('ul', { class: 'notes' }),
-        arrays = h('div', {});
+        arrays = h('div', {}),
+        heading = h('h3', {}, 'Open a file');
     watch(['volume'], () => {
         const volume = get('volume');
         about.replaceChildren(...facts(volume));
+        heading.textContent = 'Open another';
         notes.replaceChildren(...(volume.notes ?? []).map((note) => h('li', {}, note)));
         const names = (volume.arrays ?? []).map(({ name }) => name);
         const choice = select(names, (array) => app.connection.send({ do: 'open', path: volume.path, array }), 'Array');
@@ -172,7 +174,7 @@ export function filesPanel(app) {
         about,
         arrays,
         notes,
-        h('h3', {}, 'Open another'),
+        heading,
         h(
             'div',
             { class: 'row' },

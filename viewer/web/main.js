@@ -174,12 +174,12 @@ const told = {
     error: (event) => {
         const { id, code, do: kind } = event;
         if (kind === 'set') edits.refused();
-        if (kind === 'open' && !get('volume')) nothingOpen();
         if (code === 'nothing') app.messages.tell(kind === 'undo' ? 'Nothing to undo.' : 'Nothing to redo.');
         else app.complain(event, id && id === subject.id ? subject.name : '');
     },
     progress: ({ what, done }) => {
-        if (what === 'open') set({ empty: false });
+        if (what === 'open' && done >= 1 && !get('volume')) nothingOpen(); /* it failed */
+        else if (what === 'open') set({ empty: false });
         if (done >= 1) app.progress.hide(what);
         else app.progress.show(what, JOBS[what] ?? what, done, () => connection.send({ do: 'cancel' }));
     },
