@@ -14,8 +14,8 @@ export const data = process.env.PELLUCID_TEST_DATA || path.join(root, '..', 'sha
 export const sleep = (ms) => new Promise((done) => setTimeout(done, ms));
 
 const BROWSERS = ['/usr/bin/chromium', '/usr/bin/chromium-browser', '/usr/bin/google-chrome'];
-/* Commands after which no other picture comes. */
-const ASKS = ['shown', 'probe', 'slices', 'list', 'picture', 'movie', 'scene', 'export', 'cancel'];
+/* Commands after which no other picture comes; of a hand that moved nothing, either. */
+const ASKS = ['shown', 'hold', 'release', 'probe', 'slices', 'list', 'picture', 'movie', 'scene', 'export', 'cancel'];
 const tests = [];
 
 export function test(name, run) {
@@ -84,7 +84,8 @@ export class Face {
     sent = [];
     complaints = [];
 
-    static async open(browser, address, options = {}) {
+    /** `seen`: what is waited for. */
+    static async open(browser, address, options = {}, seen = 'body.has-picture') {
         const face = new Face();
         const context = await browser.newContext({ viewport: { width: 1000, height: 600 }, ...options });
         await context.addInitScript(() => {
@@ -106,7 +107,7 @@ export class Face {
         });
         face.started = performance.now();
         await face.page.goto(address);
-        await face.page.waitForSelector('body.has-picture', { timeout: 60000 });
+        await face.page.waitForSelector(seen, { timeout: 60000 });
         face.firstPicture = performance.now() - face.started;
         return face;
     }
@@ -196,8 +197,11 @@ export class Face {
     /** The middle of an element. */
     async middle(selector) {
         const element = this.page.locator(selector).first();
-        await element.waitFor();
-        const box = await element.boundingBox();
+        let box = null;
+        for (let i = 0; !box && i < 20; i++) {
+            await element.waitFor();
+            box = await element.boundingBox(); /* null where it was drawn anew meanwhile */
+        }
         assert(box, `${selector} is not seen`);
         return [box.x + box.width / 2, box.y + box.height / 2];
     }

@@ -130,6 +130,43 @@ test('a band is moved whole, however far', async () => {
     });
 });
 
+test('a band is moved and made stronger by keys, in one step of undo', async () => {
+    const before = await putBand(),
+        undo = steps();
+    await page.click('circle.opacities[data-index="2"]');
+    await page.keyboard.press('b');
+    await page.waitForFunction(() => document.querySelector('.which').textContent === 'Band 2–5');
+    await page.waitForFunction(() => document.querySelectorAll('circle.opacities.chosen').length === 4);
+    for (let i = 0; i < 3; i++) await page.keyboard.press('ArrowRight');
+    for (let i = 0; i < 5; i++) await page.keyboard.press('ArrowUp');
+    await face.rest();
+    const after = face.scene.transfer.opacities,
+        by = after[2][0] - before[2][0],
+        span = before.at(-1)[0] - before[0][0];
+    assert(by > 0, 'the band did not move');
+    assert(after[2][1] > 0.51 && after[2][1] < 0.6, `the opacity is ${after[2][1]}`);
+    after.forEach(([value, opacity], i) => {
+        const expected = before[i][0] + (i >= 1 && i <= 4 ? by : 0);
+        assert(Math.abs(value - expected) < 1e-9 * span, `point ${i} is at ${value}`);
+        equal(opacity, before[i][1] > 0 ? after[2][1] : 0, `the opacity of point ${i}`);
+    });
+    equal(steps(), undo + 1, 'steps of undo');
+    await page.keyboard.press('b');
+    await page.waitForFunction(() => /^Point 3\//.test(document.querySelector('.which').textContent));
+});
+
+test('what keys choose in the editor is brought into sight', async () => {
+    await putBand();
+    const editor = page.locator('.points');
+    await page.click('circle.opacities[data-index="0"]');
+    for (let i = 0; i < 8; i++) await page.keyboard.press('+');
+    equal(await page.locator('circle.opacities[data-index="5"]').count(), 0, 'points out of sight');
+    for (let i = 0; i < 5; i++) await page.keyboard.press('PageDown');
+    await page.waitForSelector('circle.opacities.chosen[data-index="5"]');
+    await page.click('#panel-transfer button:has-text("All values")');
+    await editor.focus();
+});
+
 test('arrows held down in the editor are one step of undo; page down reaches colours', async () => {
     await putBand();
     await page.locator('.points').focus();
@@ -214,6 +251,52 @@ test('a connection that comes back leaves distances and the cross-hair as they w
     assert(parseFloat(await page.locator('#panel-measure .card').textContent().then((text) => text.slice(2))) > 0, 'a distance of nothing');
 });
 
+test('“Try now” leaves no attempt behind that was under way', async () => {
+    const slow = await (await browser.newContext()).newPage(),
+        sockets = [];
+    let answer = () => {};
+    const late = new Promise((done) => (answer = done));
+    await slow.routeWebSocket(/socket/, async (route) => {
+        const socket = { hellos: 0, closed: false };
+        sockets.push(socket);
+        route.onClose(() => (socket.closed = true));
+        if (sockets.length === 2) await late; /* its opening takes its time */
+        if (socket.closed) return;
+        const there = route.connectToServer();
+        route.onMessage((text) => {
+            socket.hellos += JSON.parse(text).do === 'hello';
+            there.send(text);
+        });
+        socket.end = () => route.close();
+    });
+    const until = async (condition, what) => {
+        const end = performance.now() + 30000;
+        while (!condition()) {
+            assert(performance.now() < end, `waited in vain for ${what}`);
+            await slow.waitForTimeout(20);
+        }
+    };
+    await slow.goto(server.address);
+    await slow.waitForSelector('body.has-picture', { timeout: 60000 });
+    const told = await slow.evaluateHandle(async () => {
+        const out = [];
+        const { connection } = await import('./begin.js');
+        connection.addEventListener('event', ({ detail }) => out.push(detail.event));
+        return out;
+    });
+    await sockets[0].end();
+    await until(() => sockets.length === 2, 'the second attempt');
+    await slow.click('#banner button');
+    await until(() => sockets.length === 3 && sockets[2].hellos > 0, 'the third attempt');
+    answer();
+    await slow.waitForSelector('#banner', { state: 'hidden' });
+    await until(() => sockets[1].closed, 'the second attempt to be given up');
+    await slow.waitForTimeout(500); /* in which it would be heard of */
+    equal(sockets.map(({ hellos }) => hellos).join(), '1,0,1', 'hellos');
+    equal((await told.jsonValue()).filter((event) => event === 'hello').length, 1, 'answers since');
+    await slow.context().close();
+});
+
 test('with a slice enlarged a picture is saved as large as the window', async () => {
     const before = await page.evaluate(async () => (await import('./begin.js')).wanted());
     await page.locator('.slice >> nth=2').focus();
@@ -224,6 +307,33 @@ test('with a slice enlarged a picture is saved as large as the window', async ()
     equal(`${png.readUInt32BE(16)}x${png.readUInt32BE(20)}`, before.join('x'), 'its size');
     await page.keyboard.press('Enter');
     await page.waitForSelector('#stage:not([data-large])');
+});
+
+test('under a hand slices are drawn as it moves, at full quality once it is up', async () => {
+    const slices = (from) => face.frames.slice(from).filter(({ header }) => header.view === 'slice-i');
+    await page.evaluate(() => document.querySelector('#messages').replaceChildren()); /* they would be under the hand */
+    for (const button of ['left', 'right', 'middle']) {
+        await face.settle();
+        const [x, y] = await face.middle('.slice >> nth=2'),
+            from = face.frames.length,
+            sent = face.sent.length;
+        await page.mouse.move(x, y);
+        await page.mouse.down({ button });
+        for (let i = 1; !slices(from).some(({ header }) => header.quality === 'moving'); i++) {
+            assert(i < 1000, `no moving slice with the ${button} button`);
+            await page.mouse.move(x + 20 * Math.sin(i), y + 20 * Math.cos(i));
+            await page.waitForTimeout(16);
+        }
+        const commands = () => face.sent.slice(sent).map((command) => command.do).filter((name) => ['hold', 'slices'].includes(name));
+        equal(commands()[0], 'hold', 'what comes first');
+        await page.mouse.up({ button });
+        await face.until(() => slices(from).at(-1)?.header.final, 'the finished slice');
+        await face.settle();
+        equal(commands().filter((name) => name === 'hold').length, 1, 'holds');
+        assert(slices(from).at(-1).header.lossless, 'the slice at rest is not lossless');
+    }
+    await page.fill('[aria-label="Window"]', '3');
+    await page.keyboard.press('Tab');
 });
 
 test('the wheel steps through slices, ten at once with Shift, which may turn it sideways', async () => {

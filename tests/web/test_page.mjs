@@ -42,6 +42,32 @@ test('keys open panels, the list of keys and the editor', async () => {
     await face.until(() => face.scene.transfer.opacities.map((p) => p[1]).join() === opacity, 'the undo');
 });
 
+test('keys with Alt are the browser’s; AltGr writes brackets', async () => {
+    const { page } = face;
+    await face.rest();
+    /** Presses a key as a keyboard of another kind would; whether the page took it. */
+    const press = (selector, key, modifiers) =>
+        page.locator(selector).first().evaluate(
+            (element, init) => !element.dispatchEvent(new KeyboardEvent('keydown', { ...init, bubbles: true, cancelable: true })),
+            { key, ...modifiers },
+        );
+    const commands = () => face.sent.filter((command) => command.do !== 'shown').length,
+        before = commands();
+    for (const key of ['ArrowLeft', '1', '+', 'z'])
+        equal(await press('#main', key, { altKey: true, ctrlKey: key === 'z' }), false, `Alt and ${key} is taken`);
+    for (const selector of ['.points', '.slice'])
+        equal(await press(selector, 'ArrowLeft', { altKey: true }), false, `Alt and an arrow on ${selector} is taken`);
+    await face.settle();
+    equal(commands(), before, 'commands');
+    const ways = [{}, { ctrlKey: true, altKey: true, modifierAltGraph: true }, { modifierAltGraph: true }, { altKey: true }];
+    for (const [i, modifiers] of ways.entries()) {
+        equal(await press('#main', '[', modifiers), true, `[ with ${JSON.stringify(modifiers)} is taken`);
+        await face.until(() => face.count('roll') === i + 1, 'the picture to roll');
+    }
+    await page.keyboard.press('r');
+    await face.rest();
+});
+
 test('Tab reaches the picture, the rail and the controls of the panel', async () => {
     const { page } = face,
         seen = new Set();

@@ -217,6 +217,56 @@ test('a turntable is drawn, with progress', async () => {
     assert(!places['turn_0000.png'].equals(places['turn_0001.png']), 'nothing turned');
 });
 
+test('a movie and an upload each have a bar, and are cancelled by themselves', async () => {
+    const hand = await page.context().newCDPSession(page),
+        jobs = () => page.locator('#progress .job').allTextContents();
+    const network = (uploadThroughput) =>
+        hand.send('Network.emulateNetworkConditions', { offline: false, latency: 0, downloadThroughput: -1, uploadThroughput });
+    await open('save');
+    await page.fill('#panel-save [aria-label="Frames"]', '3000');
+    await page.keyboard.press('Tab');
+    await page.click('#panel-save button:has-text("Save movie")');
+    await network(100000);
+    await drop('slow.nrrd', 'x'.repeat(3000000));
+    await page.waitForSelector('#progress .job:has-text("Sending slow.nrrd")');
+    await page.waitForSelector('#progress .job:has-text("Drawing the movie")');
+    await saved('#panel-save button:has-text("Save scene")');
+    equal((await jobs()).length, 2, 'bars after something else was saved');
+    await page.click('#progress .job:has-text("Sending") button');
+    await told('slow.nrrd was not sent.');
+    await page.waitForFunction(() => document.querySelectorAll('#progress .job').length === 1);
+    assert((await jobs())[0].startsWith('Drawing the movie'), 'the movie’s bar is gone');
+    await page.click('#progress .job button');
+    await told('Cancelled.');
+    await page.waitForSelector('#progress', { state: 'hidden' });
+    await network(-1);
+});
+
+test('of two folders asked for the newer is listed, whichever answer comes last', async () => {
+    await open('file');
+    await page.waitForSelector(`.file:has-text("${path.basename(folder)}")`);
+    await page.evaluate(async () => {
+        const { connection } = await import('./begin.js'),
+            ask = connection.ask;
+        connection.ask = async (...given) => {
+            connection.ask = ask;
+            const answer = await ask.apply(connection, given);
+            await new Promise((done) => (window.late = done));
+            return answer;
+        };
+    });
+    await page.click(`.file:has-text("${path.basename(folder)}")`); /* its answer comes late */
+    await page.waitForFunction(() => window.late);
+    await page.evaluate(async () => {
+        const { set } = await import('./store.js');
+        for (const panel of ['save', 'file']) set({ panel }); /* asks for what is shown */
+    });
+    await face.until(() => face.count('list') === face.events.filter(({ event }) => event === 'files').length, 'all answers');
+    await page.evaluate(() => window.late());
+    await face.settle();
+    equal(await page.locator('.path').textContent(), 'Folders of the server', 'what is listed');
+});
+
 test('a transfer function goes out and comes in', async () => {
     await open('transfer');
     const { bytes } = await saved('#panel-transfer button:has-text("Export")');

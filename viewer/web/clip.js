@@ -36,7 +36,7 @@ function withFace(box, face, value, bounds) {
 
 /** The layer of the box: twelve edges, six handles. */
 class BoxLayer {
-    group = svg('g', { class: 'clip-layer' });
+    group = svg('g', { class: 'clip-layer off' });
     #edges = EDGES.map(() => svg('line', { class: 'clip-edge' }));
     #handles = [0, 1, 2, 3, 4, 5].map((face) =>
         svg('circle', { class: `clip-handle axis-${face >> 1}`, r: 8, 'data-handle': 'clip', 'data-face': face }),

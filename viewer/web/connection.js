@@ -40,8 +40,11 @@ export class Connection extends EventTarget {
         this.greeting = greeting;
     }
 
+    /** Also while an attempt is under way, which may hang: the new one takes its place. */
     connect() {
+        if (this.open) return;
         clearTimeout(this.#timer);
+        this.#forget();
         this.#tell('link', { state: 'connecting', tries: this.#tries });
         const address = new URL('socket', location.href);
         address.protocol = address.protocol === 'https:' ? 'wss:' : 'ws:';
@@ -56,6 +59,13 @@ export class Connection extends EventTarget {
         socket.onmessage = (message) => this.#receive(message.data);
         socket.onclose = () => this.#lost(socket);
         this.#socket = socket;
+    }
+
+    /** Nothing more is heard of the socket that there was. */
+    #forget() {
+        if (!this.#socket) return;
+        Object.assign(this.#socket, { onopen: null, onmessage: null, onclose: null });
+        this.#socket.close();
     }
 
     get open() {
@@ -75,7 +85,6 @@ export class Connection extends EventTarget {
     }
 
     async #lost(socket) {
-        if (socket !== this.#socket) return;
         for (const { reject } of this.#waiting.values()) reject(new Error('The connection was lost.'));
         this.#waiting.clear();
         this.#moves.clear();
@@ -103,7 +112,7 @@ export class Connection extends EventTarget {
         const asked = this.#waiting.get(event.id);
         if (asked && (event.event === asked.answer || event.event === 'error')) {
             this.#waiting.delete(event.id);
-            if (event.event === 'error') asked.reject(new Error(event.message));
+            if (event.event === 'error') asked.reject(Object.assign(new Error(event.message), { code: event.code }));
             else asked.resolve(event);
             return;
         }

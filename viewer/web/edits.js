@@ -60,8 +60,8 @@ export class Edits {
 
     /** What the session says: taken now, or once the hand rests. */
     state(event) {
-        const { scene, undo, redo, size, held } = event,
-            rest = { undo, redo, size, held };
+        const { scene, undo, redo } = event,
+            rest = { undo, redo };
         this.#told = scene;
         if (this.#timer || this.#gesture) {
             this.#state = { scene, ...rest };

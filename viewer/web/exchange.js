@@ -3,7 +3,7 @@
 
 import { button, h } from './dom.js';
 import { select } from './controls.js';
-import { watch } from './store.js';
+import { ready, watch } from './store.js';
 
 /** The presets in a text, JSON or XML, that have names: each with the text of it alone. [] where there are none. */
 export function presetsOf(text) {
@@ -26,6 +26,10 @@ export const isPreset = (text) => /^\s*</.test(text) || (/"(RGBPoints|IndexedCol
 export function importColors(app, text, file) {
     if (/"pellucid-scene"/.test(text)) {
         app.messages.error(`${file} is a scene, not a colour map: open it in the panel File, or drop it on the picture.`);
+        return;
+    }
+    if (!ready()) {
+        app.messages.error(`${file} is a colour map: open a volume first, to which it gives its colours.`);
         return;
     }
     const presets = presetsOf(text);

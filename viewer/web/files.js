@@ -37,7 +37,7 @@ async function sendAll(app, files) {
         cancelled = false;
     for (const each of files) {
         const answer = await post(each, first?.folder, (loaded, abort) =>
-            app.progress.show(caption, total ? Math.min((done + loaded) / total, 1) : 1, () => {
+            app.progress.show(files, caption, total ? Math.min((done + loaded) / total, 1) : 1, () => {
                 cancelled = true;
                 abort();
             }),
@@ -66,12 +66,10 @@ async function take(app, given) {
             importColors(app, preset, send[0].name);
             return;
         }
-        const first = await sendAll(app, send);
+        const first = await sendAll(app, send).finally(() => app.progress.hide(send));
         if (first) app.connection.send({ do: 'open', path: whole ? first.path.slice(0, first.path.lastIndexOf('/')) : first.path });
     } catch (error) {
         app.messages.error(error.message);
-    } finally {
-        app.progress.hide();
     }
 }
 
@@ -122,9 +120,11 @@ export function filesPanel(app) {
         title: 'All the slices in it (DICOM, TIFF)',
     });
     whole.hidden = true;
+    let newest = 0; /* answers may overtake each other */
     const browse = async (path) => {
+        const question = ++newest;
         const found = await app.guard(app.connection.ask({ do: 'list', ...(path ? { path } : {}) }, 'files'));
-        if (!found) return;
+        if (!found || question !== newest) return;
         here = path;
         where.textContent = found.path ?? 'Folders of the server';
         whole.hidden = !found.series;
@@ -156,12 +156,14 @@ export function filesPanel(app) {
     watch(['panel', 'link'], () => get('panel') === 'file' && get('link')?.state === 'open' && browse(here));
     const about = h('dl', { class: 'facts' }),
         notes = h('ul', { class: 'notes' }),
-        arrays = h('div', {});
+        arrays = h('div', {}),
+        heading = h('h3', {}, 'Open a file');
     watch(['volume'], () => {
         const volume = get('volume');
         about.replaceChildren(...facts(volume));
+        heading.textContent = 'Open another';
         notes.replaceChildren(...(volume.notes ?? []).map((note) => h('li', {}, note)));
-        const names = (volume.arrays ?? []).map((a) => a.name ?? a);
+        const names = (volume.arrays ?? []).map(({ name }) => name);
         const choice = select(names, (array) => app.connection.send({ do: 'open', path: volume.path, array }), 'Array');
         choice.update(volume.array || volume.name);
         arrays.replaceChildren(...(names.length > 1 ? [choice] : []));
@@ -172,7 +174,7 @@ export function filesPanel(app) {
         about,
         arrays,
         notes,
-        h('h3', {}, 'Open another'),
+        heading,
         h(
             'div',
             { class: 'row' },

@@ -65,9 +65,6 @@ export function invert(m) {
     return [...rows.flatMap((row) => [...row, -dot(row, t)]), 0, 0, 0, 1];
 }
 
-/** The matrix of a volume, whichever way it was written: 16 numbers or four rows. */
-export const flat = (matrix) => matrix.flat();
-
 /** The largest of 1, 2, 5 times a power of ten that is not above `limit`. */
 export function roundStep(limit) {
     const power = 10 ** Math.floor(Math.log10(limit));

@@ -3,7 +3,7 @@
 
 import { button, h } from './dom.js';
 import { placeName } from './geometry.js';
-import { get, prefer, set } from './store.js';
+import { get, prefer, ready, set } from './store.js';
 
 const TURN = 0.025; /* of the picture: 5 degrees */
 const VIEWS = ['x', 'y', 'z'].flatMap((axis) => [1, -1].map((sign) => [axis, sign]));
@@ -36,8 +36,15 @@ const EDITOR = [
     ['Wheel, drag beside', 'zooms values, pans'],
     ['Page Up, Page Down', 'choose a point, a colour, an isovalue'],
     ['Arrows', 'move it; Shift far, Ctrl fine'],
+    ['B', 'takes the whole band of a point: arrows move it, up and down make it stronger and weaker'],
     ['Insert', 'adds one after it'],
 ];
+
+/** Alt as a way to a character: AltGr, or the Alt of a Mac for [ and ]. */
+const writes = (event) => event.getModifierState('AltGraph') || (event.altKey && '[]'.includes(event.key));
+
+/** With Alt keys are the browser's own (back, menus). */
+export const browsers = (event) => event.altKey && !writes(event);
 
 export class Keys {
     constructor(app, dialog) {
@@ -45,7 +52,7 @@ export class Keys {
         this.dialog = dialog;
         const { connection, trackball } = app;
         const camera = (command) => connection.send({ ...command, gesture: connection.newGesture() });
-        /* [keys as shown, what it does (or what tells it), test, action] */
+        /* [keys as shown, what it does (or what tells it), test, action, whether it is of use with no file open] */
         this.table = [
             ['Arrows', 'turn', (e) => e.key.startsWith('Arrow') && !e.shiftKey, (e) => trackball.nudge('rotate', this.#arrow(e))],
             ['Shift arrows', 'pan', (e) => e.key.startsWith('Arrow') && e.shiftKey, (e) => trackball.nudge('pan', this.#arrow(e))],
@@ -61,15 +68,15 @@ export class Keys {
             ['Space', 'marks what is in the middle, for a distance', (e) => this.#space(e), () => app.measureClick({ at: [0.5, 0.5] }, true)],
             ['M', 'measure a distance', 'm', () => set({ tool: get('tool') === 'measure' ? 'turn' : 'measure' })],
             ['S', 'three slices on or off', 's', () => set({ layout: get('layout') === 'four' ? 'one' : 'four' })],
-            ['H', 'hide or show axes, scale bar and legend', 'h', () => prefer({ overlays: !get('preferences').overlays })],
-            ['?', 'this list', (e) => e.key === '?', () => this.help()],
+            ['H', 'hide or show axes, scale bar, legend', 'h', () => prefer({ overlays: !get('preferences').overlays }), true],
+            ['?', 'this list', (e) => e.key === '?', () => this.help(), true],
         ];
-        this.panels = app.panels.list.map(({ name, key, title }) => [key, title, key.toLowerCase(), () => app.panels.toggle(name)]);
+        this.panels = app.panels.list.map(({ name, key, title }) => [key, title, key.toLowerCase(), () => app.panels.toggle(name), true]);
         addEventListener('keydown', (event) => this.#press(event));
     }
 
     #ctrl(event, key) {
-        return (event.ctrlKey || event.metaKey) && event.key.toLowerCase() === key;
+        return (event.ctrlKey || event.metaKey) && !event.altKey && event.key.toLowerCase() === key;
     }
 
     /** On controls it presses them. */
@@ -86,22 +93,24 @@ export class Keys {
     #press(event) {
         const typing = event.target.closest?.('input:not([type=checkbox], [type=range], [type=color]), textarea, select');
         const control = event.target.closest?.('input, select, button, dialog');
-        const modified = event.ctrlKey || event.metaKey;
+        /* AltGr, which writes [ and ] on many keyboards, comes as Ctrl and Alt on Windows. */
+        const modified = (event.ctrlKey || event.metaKey) && !writes(event);
         if (typing && !(modified && !['z', 'y'].includes(event.key.toLowerCase()))) return;
-        if ((control && /^(Arrow|Home|End|Page)/.test(event.key)) || this.dialog.open) return;
+        if ((control && /^(Arrow|Home|End|Page)/.test(event.key)) || this.dialog.open || browsers(event)) return;
         if (event.key === 'Escape') {
             if (get('tool') === 'measure') set({ tool: 'turn' });
             else this.app.panels.close();
             return;
         }
-        for (const [, , test, action] of [...this.table, ...this.panels]) {
+        for (const [, , test, action, free] of [...this.table, ...this.panels]) {
             const hit =
                 typeof test === 'string'
                     ? !modified && !event.altKey && event.key.toLowerCase() === test
                     : (!modified || /^(z|y|s)$/i.test(event.key)) && test(event);
             if (hit) {
                 event.preventDefault();
-                action(event);
+                if (free || ready()) action(event);
+                else if (get('empty')) this.app.messages.tell('Open a file first.');
                 return;
             }
         }

@@ -5,6 +5,7 @@
 import { attributes, button, clamp, field, h, svg } from './dom.js';
 import { colorInput, numbersInput, select } from './controls.js';
 import { add, cross, dot, length, scale, unit } from './geometry.js';
+import { browsers } from './keys.js';
 import { get, watch } from './store.js';
 import { SURFACE_ROWS, sceneOptions } from './render-panel.js';
 
@@ -84,7 +85,7 @@ function ball(app, label, onchange) {
     element.addEventListener('keydown', (event) => {
         const { view } = app.overlay;
         const [axis, sign] = TURNS[event.key] ?? [];
-        if (!axis || !view) return;
+        if (!axis || !view || browsers(event)) return;
         onchange(unit(turned(direction, view[axis], sign * STEP * (event.shiftKey ? 3 : 1))), 'key');
         event.preventDefault();
         event.stopPropagation();

@@ -15,7 +15,7 @@ import { acceptDrops, filesPanel } from './files.js';
 import { connection, picture, wanted } from './begin.js';
 import { cameraPanel } from './camera-panel.js';
 import { clipPanel } from './clip.js';
-import { get, prefer, set, watch } from './store.js';
+import { get, prefer, ready, set, watch } from './store.js';
 import { keepFocus } from './focus.js';
 import { lightsPanel } from './lights.js';
 import { renderPanel } from './render-panel.js';
@@ -28,6 +28,8 @@ const RESIZE_MS = 120;
 /* The server's own folder of uploaded files, in a message: the user knows the files by their names. */
 const UPLOADED = /\S*\/pellucid-view-\w+\/\d+\//g,
     UPLOADED_WHOLE = /\S*\/pellucid-view-\w+\/\d+(?=:|$)/g;
+/* What the server does that takes a while. */
+const JOBS = { movie: 'Drawing the movie', picture: 'Drawing the picture', open: 'Reading the file' };
 const $ = (id) => document.getElementById(id);
 
 const edits = new Edits(connection);
@@ -45,22 +47,21 @@ const app = {
         try {
             return await promise;
         } catch (error) {
-            app.complain(error.message);
+            app.complain(error);
             return undefined;
         }
     },
 
     /** What the server says is wrong. That something ended as it was asked to is nothing wrong. */
-    complain(message, name) {
+    complain({ message, code }, name) {
         const text = message.replace(UPLOADED, '').replace(UPLOADED_WHOLE, 'The files sent');
-        if (/\bcancelled$/.test(text)) app.messages.tell('Cancelled.');
+        if (code === 'cancelled') app.messages.tell('Cancelled.');
         else app.messages.error(name ? `${name}: ${text}` : text);
     },
 
     /** A command that ends in a file: asks, then saves it. */
     async download(command) {
         const file = await app.guard(connection.ask(command, 'download'));
-        app.progress.hide();
         if (!file) return;
         const link = document.createElement('a');
         Object.assign(link, { href: file.url, download: file.name });
@@ -135,8 +136,8 @@ for (const panel of [
     { name: 'clip', title: 'Clipping', short: 'Clip', icon: 'clip', key: 'C', content: clipPanel(app) },
     { name: 'slices', title: 'Slices', icon: 'slices', key: 'L', content: slicesPanel(app) },
     { name: 'measure', title: 'Probe and measure', short: 'Measure', icon: 'measure', key: 'P', content: measurePanel(app) },
-    { name: 'camera', title: 'Camera and view', short: 'Camera', icon: 'camera', key: 'V', content: cameraPanel(app) },
-    { name: 'file', title: 'File', icon: 'folder', key: 'D', content: filesPanel(app) },
+    { name: 'camera', title: 'Camera and view', short: 'Camera', icon: 'camera', key: 'V', content: cameraPanel(app), free: true },
+    { name: 'file', title: 'File', icon: 'folder', key: 'D', content: filesPanel(app), free: true },
     { name: 'save', title: 'Save', icon: 'save', key: 'W', content: savePanel(app) },
 ])
     app.panels.add(panel);
@@ -156,27 +157,31 @@ function volume(event) {
     else if (event.histogram) set({ histogram: event.histogram });
 }
 
+/** The files are what there is to see. */
+function nothingOpen() {
+    set({ empty: true, panel: 'file' });
+}
+
 const told = {
     hello: (event) => {
         set({ hello: event, devices: event });
-        if (event.empty) set({ panel: 'file' }); /* a folder was named: its files are what there is to see */
+        if (event.empty) nothingOpen(); /* a folder was named */
+        else set({ empty: false });
     },
     devices: (event) => set({ devices: event }),
     volume,
     state: (event) => edits.state(event),
-    error: ({ id, message, do: kind }) => {
+    error: (event) => {
+        const { id, code, do: kind } = event;
         if (kind === 'set') edits.refused();
-        if (/nothing to (un|re)do/.test(message)) app.messages.tell(kind === 'undo' ? 'Nothing to undo.' : 'Nothing to redo.');
-        else app.complain(message, id && id === subject.id ? subject.name : '');
+        if (code === 'nothing') app.messages.tell(kind === 'undo' ? 'Nothing to undo.' : 'Nothing to redo.');
+        else app.complain(event, id && id === subject.id ? subject.name : '');
     },
     progress: ({ what, done }) => {
-        if (done >= 1) app.progress.hide();
-        else
-            app.progress.show(
-                { movie: 'Drawing the movie', picture: 'Drawing the picture', open: 'Reading the file' }[what] ?? what,
-                done,
-                () => connection.send({ do: 'cancel' }),
-            );
+        if (what === 'open' && done >= 1 && !get('volume')) nothingOpen(); /* it failed */
+        else if (what === 'open') set({ empty: false });
+        if (done >= 1) app.progress.hide(what);
+        else app.progress.show(what, JOBS[what] ?? what, done, () => connection.send({ do: 'cancel' }));
     },
 };
 connection.addEventListener('event', ({ detail }) => told[detail.event]?.(detail));
@@ -184,7 +189,7 @@ connection.addEventListener('link', ({ detail }) => {
     set({ link: detail });
     if (detail.state === 'open') return;
     edits.drop();
-    app.progress.hide();
+    for (const what of Object.keys(JOBS)) app.progress.hide(what);
 });
 connection.addEventListener('frame', async ({ detail: { header, picture: data } }) => {
     const target = header.view === 'main' ? picture : app.slices.pictures[header.view];
@@ -203,6 +208,13 @@ connection.addEventListener('frame', async ({ detail: { header, picture: data } 
 });
 
 /* ---- the page itself ---- */
+
+watch(['volume', 'scene', 'empty'], () => {
+    picture.inert = !ready();
+    $('waiting').textContent = get('empty')
+        ? 'Nothing is open yet. Choose a file in the panel File, or drop one here.'
+        : 'Waiting for the first picture…';
+});
 
 let resizing = 0;
 function resize() {

@@ -29,8 +29,14 @@ export class Messages {
             button('', () => note.remove(), { icon: 'close', kind: 'plain', title: 'Dismiss' }),
         );
         this.host.append(note);
-        while (this.host.children.length > 4) this.host.firstChild.remove();
+        this.#keep('.note', 2);
+        this.#keep('.message', 4);
         setTimeout(() => note.remove(), stay);
+    }
+
+    /** Only the newest of a kind: they cover the picture. */
+    #keep(kind, most) {
+        for (const old of [...this.host.querySelectorAll(kind)].slice(0, -most)) old.remove();
     }
 
     tell(text) {

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 /* The rail of buttons at the edge, and the panel that each opens over the picture: beside the rail in a wide window, as a sheet from below
- * in a narrow one. One panel at a time; Escape closes it. */
+ * in a narrow one. One panel at a time; Escape closes it. Until a file is open, those that are of no use without one are out of reach. */
 
-import { get, set, watch } from './store.js';
+import { get, ready, set, watch } from './store.js';
 import { button, h, icon } from './dom.js';
 
 export class Panels {
@@ -12,6 +12,7 @@ export class Panels {
         this.rail = rail;
         this.host = host;
         watch(['panel'], () => this.#show());
+        watch(['volume', 'scene', 'empty'], () => this.#lock());
         /* As a sheet from below the panel leaves the picture what it does not take. */
         new ResizeObserver(() => document.documentElement.style.setProperty('--sheet', `${host.offsetHeight}px`)).observe(host);
         host.addEventListener('keydown', (event) => {
@@ -22,7 +23,7 @@ export class Panels {
         });
     }
 
-    /** @param {{name, title, icon, key, content: Element, wide?: boolean}} panel */
+    /** @param {{name, title, icon, key, content: Element, wide?: boolean, free?: boolean}} panel  `free`: of use with no file open */
     add(panel) {
         const toggle = h(
             'button',
@@ -48,16 +49,21 @@ export class Panels {
                 : null,
             button('', () => this.close(), { icon: 'close', kind: 'plain', title: 'Close (Escape)' }),
         );
+        const body = h('div', { class: 'panel-body' }, panel.content);
+        const choose = button('Choose a file', () => this.#choose(), { kind: 'small' });
+        const first = panel.free ? null : h('p', { class: 'open-first', hidden: true }, 'Open a file first.', choose);
         const section = h(
             'section',
             { class: 'panel', id: `panel-${panel.name}`, 'aria-labelledby': `title-${panel.name}`, tabindex: '-1', hidden: true },
             head,
-            h('div', { class: 'panel-body' }, panel.content),
+            first,
+            body,
         );
         this.rail.append(toggle);
         this.host.append(section);
-        this.#panels.set(panel.name, { ...panel, toggle, section });
+        this.#panels.set(panel.name, { ...panel, toggle, section, body, first });
         this.#show();
+        this.#lock();
     }
 
     get list() {
@@ -72,6 +78,20 @@ export class Panels {
         const { toggle } = this.#panels.get(get('panel')) ?? {};
         set({ panel: null });
         toggle?.focus();
+    }
+
+    #choose() {
+        set({ panel: 'file' });
+        this.#panels.get('file').section.focus();
+    }
+
+    #lock() {
+        const locked = !ready();
+        for (const { free, body, first } of this.#panels.values()) {
+            if (free) continue;
+            body.inert = locked;
+            first.hidden = !locked || !get('empty');
+        }
     }
 
     #show() {

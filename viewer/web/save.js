@@ -18,27 +18,41 @@ const FORMATS = [
 ];
 const MOST_PIXELS = 2 ** 26;
 
-/** The bar for what takes a while: a caption, how far, a button to stop it. */
+/** What takes a while: of each a caption, a bar that tells how far it is, a button to stop it. */
 export class Progress {
+    #jobs = new Map();
+
     constructor(host) {
         this.host = host;
-        this.caption = h('span', { class: 'grow' });
-        this.bar = h('progress', { max: 1, 'aria-label': 'Progress' });
-        this.stop = button('Cancel', () => this.cancel?.(), { kind: 'small' });
-        host.append(h('div', { class: 'row' }, this.caption, this.stop), this.bar);
-        host.hidden = true;
     }
 
-    show(text, done, cancel) {
+    /** @param {*} what  the job; any value of its own */
+    show(what, text, done, cancel) {
+        if (!this.#jobs.has(what)) this.#add(what);
+        const job = this.#jobs.get(what);
+        job.caption.textContent = `${text}: ${Math.round(done * 100)} %`;
+        job.bar.value = done;
+        job.bar.setAttribute('aria-label', text);
+        job.stop.title = `Cancel: ${text}`;
+        job.cancel = cancel;
+    }
+
+    #add(what) {
+        const job = {
+            caption: h('span', { class: 'grow' }),
+            bar: h('progress', { max: 1 }),
+            stop: button('Cancel', () => job.cancel(), { kind: 'small' }),
+        };
+        job.element = h('div', { class: 'job' }, h('div', { class: 'row' }, job.caption, job.stop), job.bar);
+        this.#jobs.set(what, job);
+        this.host.append(job.element);
         this.host.hidden = false;
-        this.caption.textContent = `${text}: ${Math.round(done * 100)} %`;
-        this.bar.value = done;
-        this.cancel = cancel;
-        this.stop.hidden = !cancel;
     }
 
-    hide() {
-        this.host.hidden = true;
+    hide(what) {
+        this.#jobs.get(what)?.element.remove();
+        this.#jobs.delete(what);
+        this.host.hidden = this.#jobs.size === 0;
     }
 }
 

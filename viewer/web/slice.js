@@ -4,6 +4,7 @@
  * is told by the frame's camera. */
 
 import { attributes, clamp, h, svg } from './dom.js';
+import { browsers } from './keys.js';
 import { add, axisStep, directionName, dot, planeName, scale, sub, transform, unit, View } from './geometry.js';
 import { get, set } from './store.js';
 import { distance } from './measure.js';
@@ -113,6 +114,7 @@ export class Slice {
                     : get('tool') === 'measure'
                       ? 'measure'
                       : 'cross';
+        if (!this.#drag) slices.app.connection.hold();
         /* The first finger of two did not mean the cross-hair. */
         if (kind === 'pinch' && this.#drag?.kind === 'cross') slices.goTo(this.#drag.index);
         const index = transform(slices.inverse, slices.at);
@@ -138,9 +140,15 @@ export class Slice {
     #lift(event) {
         this.#touches.delete(event.pointerId);
         const drag = this.#drag;
-        this.#drag = null;
+        this.letGo();
         if (drag?.kind === 'measure' && drag.travel < CLICK_PIXELS && event.type === 'pointerup')
             this.slices.app.measureClick({ world: this.view.unproject(...drag.last) });
+    }
+
+    /** However a drag ends: what was put off until then is drawn at full quality. */
+    letGo() {
+        if (this.#drag) this.slices.app.connection.release();
+        this.#drag = null;
     }
 
     #hover(at) {
@@ -177,6 +185,7 @@ export class Slice {
         }
         /* A trackpad's pinch comes as a wheel with ctrl and small steps. */
         const steps = (event.deltaY * [1, 33, 400][event.deltaMode]) / 100;
+        this.slices.burst.touch();
         this.zoom(1.2 ** -clamp(Math.abs(event.deltaY) < 20 ? steps * 8 : steps, -4, 4), this.picture.at(event));
     }
 
@@ -185,6 +194,7 @@ export class Slice {
         const by = (deltaY || deltaX) * [1, 33, 400][deltaMode];
         this.#turned = Math.abs(by) >= NOTCH_PIXELS ? by : this.#turned + by;
         if (Math.abs(this.#turned) < NOTCH_PIXELS) return;
+        this.slices.burst.touch();
         this.slices.step(this.axis, -Math.sign(this.#turned) * (shiftKey ? 10 : 1));
         this.#turned = 0;
     }
@@ -200,11 +210,13 @@ export class Slice {
     }
 
     #key(event) {
+        if (browsers(event)) return;
         const others = [0, 1, 2].filter((i) => i !== this.axis),
             far = event.shiftKey ? 10 : 1;
         const arrows = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1] };
         const steps = { PageUp: [this.axis, 1], PageDown: [this.axis, -1] };
         const way = arrows[event.key];
+        if (way || event.key in steps || '+=-'.includes(event.key)) this.slices.burst.touch();
         if (way && event.ctrlKey) this.pan(scale(way, -0.05));
         else if (way) this.#nudge(way, others, far);
         else if (event.key in steps) this.slices.step(steps[event.key][0], steps[event.key][1] * far);

@@ -4,10 +4,11 @@
 import { button, clamp, field, h, short } from './dom.js';
 import { checkbox, numberInput, slider } from './controls.js';
 import { wanted } from './begin.js';
-import { axisStep, flat, invert, planeName, transform, unit } from './geometry.js';
+import { axisStep, invert, planeName, transform, unit } from './geometry.js';
 import { get, set, watch } from './store.js';
 import { planesSection } from './planes.js';
 import { Slice } from './slice.js';
+import { Burst } from './trackball.js';
 
 const drawsPlanes = () => get('scene')?.render?.mode === 'slice';
 const PLANES = { key: 'slice', panel: 'slices', name: 'Plane', least: 1, most: 8, flips: false, shown: drawsPlanes };
@@ -31,6 +32,7 @@ function usualWindow(range, histogram) {
 export class Slices {
     #scheduled = false;
     #asked = 0; /* id of the last command */
+    #sliding = false;
 
     constructor(app, stage) {
         this.app = app;
@@ -38,6 +40,7 @@ export class Slices {
         this.slices = [0, 1, 2].map((axis) => new Slice(this, axis));
         this.pictures = Object.fromEntries(this.slices.map((slice, i) => [VIEWS[i], slice.picture]));
         stage.append(...this.slices.map(({ picture }) => picture));
+        this.burst = new Burst(app.connection); /* of the wheel and of keys */
         this.at = null;
         this.window = null;
         this.grey = true;
@@ -56,7 +59,7 @@ export class Slices {
 
     #volume() {
         const volume = get('volume');
-        this.matrix = flat(volume.index_to_world);
+        this.matrix = volume.index_to_world;
         this.inverse = invert(this.matrix);
         this.window = this.#usualWindow();
         this.at = transform(
@@ -74,6 +77,7 @@ export class Slices {
     }
 
     #layout() {
+        for (const slice of this.slices) slice.letGo(); /* what is hidden hears of no pointer */
         this.stage.dataset.layout = get('layout');
         delete this.stage.dataset.large;
         if (this.on) this.changed();
@@ -144,6 +148,15 @@ export class Slices {
         this.app.probe.hover({ world: this.at });
     }
 
+    /** The hand on a slider, in the phases of one. */
+    hand(phase) {
+        const { connection } = this.app;
+        if (phase === 'key') this.burst.touch();
+        else if (phase === 'start') connection.hold();
+        else if (phase === 'end' && this.#sliding) connection.release();
+        this.#sliding = phase === 'start' || phase === 'move';
+    }
+
     step(axis, by) {
         const index = transform(this.inverse, this.at);
         index[axis] = Math.round(index[axis] + by);
@@ -198,7 +211,8 @@ export function slicesPanel(app) {
             ...get('volume').dims.map((n, axis) => {
                 const plane = planeName(get('volume').space, axisStep(slices.matrix, axis)),
                     name = plane ? `${plane} (${'ijk'[axis]})` : 'ijk'[axis];
-                const control = slider({ minimum: 0, maximum: Math.max(n - 1, 1), label: `Slice ${name}`, whole: true }, (x) => {
+                const control = slider({ minimum: 0, maximum: Math.max(n - 1, 1), label: `Slice ${name}`, whole: true }, (x, phase) => {
+                    slices.hand(phase);
                     const index = transform(slices.inverse, slices.at);
                     index[axis] = x;
                     slices.goTo(index);

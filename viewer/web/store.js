@@ -1,8 +1,9 @@
 /* SPDX-License-Identifier: MIT */
 /* The one store: what the page knows. Whoever shows something subscribes to the keys that it shows; nobody else keeps a copy that lasts.
  *
- * hello, volume, scene, undo, redo, size, held   as the server's events told them (viewer/protocol.md); volume stays the same object as
- *            long as it is the same volume
+ * hello, volume, scene, undo, redo   as the server's events told them (viewer/protocol.md); volume stays the same object as long as it is
+ *            the same volume
+ * empty      nothing is open, nor being opened
  * histogram  of the volume, or null until it is counted
  * devices    {device, devices}: what draws, and what could
  * frame      header of the main picture's last frame shown, with `latencies` of the inputs that it is the
@@ -20,6 +21,9 @@ const values = new Map();
 const listeners = new Map();
 
 export const get = (key) => values.get(key);
+
+/** Is there something to work on? Until then most controls and keys have no meaning. */
+export const ready = () => Boolean(get('volume') && get('scene'));
 
 /** Sets keys and tells their listeners once each, after all are set. */
 export function set(changes) {

@@ -3,19 +3,21 @@
  * drops under the bar, isovalues are lines. It shows what it is given and tells edits by events; what comes of them is not its business:
  *
  * edit      {part: "opacities" | "colors" | "isosurfaces", points, phase: "start" | "move" | "end" | "key"}, as in Edits
- * choose    {part, index}: which point the number fields are about
+ * choose    {part, index, band}: which point the number fields are about; `band`: null, or [first, last] of its band, which arrows move
  *
  * Mouse: drag a point; drag below the curve moves its band; shift keeps the value, alt the opacity, ctrl is fine; double click adds;
  * right click removes; the wheel zooms values, a drag on the ground pans. Keys: page up/down choose, of all parts one after the other,
- * arrows move, insert, delete. */
+ * B takes the band of a point and gives it up again, arrows move, insert, delete; values are panned to what is chosen. */
 
 import { attributes, clamp, h, short, svg } from './dom.js';
-import { bandAt, evaluate, insert, move, moveBand, remove, setOpacity } from './transfer-model.js';
+import { bandAt, bandBy, evaluate, insert, move, moveBand, remove, setOpacity } from './transfer-model.js';
 import { Axes, drawHistogram } from './histogram.js';
+import { browsers } from './keys.js';
 
 const MARGIN = { left: 36, right: 10, top: 10, bottom: 22 };
 const BAR = 18;
 const FINE = 0.12;
+const STRONGER = 1.02; /* a band, with each step of a key */
 
 /** What a point of each part is called. */
 export const NAMES = { opacities: 'Point', colors: 'Colour', isosurfaces: 'Isovalue' };
@@ -26,7 +28,9 @@ export class TransferEditor extends HTMLElement {
         class: 'points',
         role: 'application',
         tabindex: '0',
-        'aria-label': 'Transfer function. Page up and down choose a point, colour or isovalue, arrows move it, Insert adds, Delete removes',
+        'aria-label':
+            'Transfer function. Page up and down choose a point, colour or isovalue, arrows move it, B takes its band as a whole, ' +
+            'Insert adds, Delete removes',
     });
     #live = h('div', { class: 'hidden', 'aria-live': 'polite' });
     #drag = null;
@@ -35,7 +39,7 @@ export class TransferEditor extends HTMLElement {
 
     data = { opacities: [], colors: [], isosurfaces: [], histogram: null, range: [0, 1] };
     look = { logarithmic: true, power: 2, zoom: null };
-    chosen = { part: 'opacities', index: 0 };
+    chosen = { part: 'opacities', index: 0, band: null };
 
     connectedCallback() {
         this.append(this.#canvas, this.#svg, this.#live);
@@ -62,9 +66,9 @@ export class TransferEditor extends HTMLElement {
     update(data, look) {
         Object.assign(this.data, data);
         Object.assign(this.look, look);
-        const { part, index } = this.chosen,
+        const { part, index, band } = this.chosen,
             count = this.data[part].length;
-        this.chosen = count ? { part, index: clamp(index, 0, count - 1) } : { part: 'opacities', index: 0 };
+        this.chosen = count ? this.#choice(part, clamp(index, 0, count - 1), band) : this.#choice('opacities', 0);
         this.draw();
     }
 
@@ -86,15 +90,25 @@ export class TransferEditor extends HTMLElement {
         );
     }
 
-    choose(part, index, quiet) {
-        this.chosen = { part, index };
-        const point = this.data[part][index];
-        if (point && !quiet) {
-            const value = part === 'isosurfaces' ? point.value : point[0];
-            const text = part === 'opacities' ? `, opacity ${short(point[1])}` : '';
-            this.#live.textContent = `${NAMES[part]} ${index + 1} of ${this.data[part].length}: value ${short(value)}${text}`;
+    /** A choice of a point, or, with `whole`, of its band: what the curve has of it now. */
+    #choice(part, index, whole) {
+        const band = whole && part === 'opacities' && this.data[part][index] ? bandBy(this.data[part], index) : null;
+        return { part, index, band };
+    }
+
+    choose(part, index, whole = false) {
+        this.chosen = this.#choice(part, index, whole);
+        const points = this.data[part],
+            point = points[index];
+        if (point) {
+            const value = part === 'isosurfaces' ? point.value : point[0],
+                text = part === 'opacities' ? `, opacity ${short(point[1])}` : '';
+            const [first, last] = this.chosen.band ?? [];
+            this.#live.textContent = this.chosen.band
+                ? `Band of ${last - first + 1} points: values ${short(points[first][0])} to ${short(points[last][0])}`
+                : `${NAMES[part]} ${index + 1} of ${points.length}: value ${short(value)}${text}`;
         }
-        this.#tell('choose', { part, index });
+        this.#tell('choose', this.chosen);
         this.draw();
     }
 
@@ -173,7 +187,8 @@ export class TransferEditor extends HTMLElement {
     #marks(part, make) {
         return this.data[part]
             .map((point, index) => {
-                const chosen = this.chosen.part === part && this.chosen.index === index;
+                const [first, last] = this.chosen.band ?? [this.chosen.index, this.chosen.index];
+                const chosen = this.chosen.part === part && first <= index && index <= last;
                 return make(point, { 'data-part': part, 'data-index': index, class: `${part} ${chosen ? 'chosen' : ''}` });
             })
             .filter(Boolean);
@@ -292,9 +307,9 @@ export class TransferEditor extends HTMLElement {
         if (drag.part !== 'band') this.#tell('choose', this.chosen);
     }
 
-    #dragged({ part, points, index, band, axes }, dx, dy) {
+    #dragged({ part, points, index, band, axes, factor }, dx, dy) {
         const perPixel = axes.value(1) - axes.value(0);
-        if (part === 'band') return moveBand(points, band[0], band[1], dx * perPixel);
+        if (part === 'band') return moveBand(points, band[0], band[1], dx * perPixel, factor);
         if (part === 'isosurfaces') {
             const [lo, hi] = this.data.range;
             return points.map((p, i) => (i === index ? { ...p, value: clamp(p.value + dx * perPixel, lo, hi) } : p));
@@ -371,11 +386,24 @@ export class TransferEditor extends HTMLElement {
         const all = Object.keys(NAMES).flatMap((part) => this.data[part].map((_, index) => ({ part, index })));
         const now = all.findIndex(({ part, index }) => part === this.chosen.part && index === this.chosen.index);
         const next = all[clamp(now + by, 0, all.length - 1)];
-        if (next) this.choose(next.part, next.index);
+        if (!next) return;
+        this.choose(next.part, next.index);
+        this.#reveal();
+    }
+
+    /** Pans the values so far that the chosen point is seen. */
+    #reveal() {
+        const { part, index } = this.chosen,
+            point = this.data[part][index],
+            { lo, hi } = this.axes;
+        const value = part === 'isosurfaces' ? point.value : point[0],
+            by = Math.min(value - lo, 0) + Math.max(value - hi, 0);
+        if (this.look.zoom && by) this.zoomTo(lo + by, hi + by);
     }
 
     #key(event) {
-        const { part, index } = this.chosen,
+        if (browsers(event)) return;
+        const { part, index, band } = this.chosen,
             list = this.data[part];
         const axes = this.axes,
             step = event.ctrlKey ? 0.25 : event.shiftKey ? 10 : 1,
@@ -383,8 +411,12 @@ export class TransferEditor extends HTMLElement {
         const moves = { ArrowLeft: [-step, 0], ArrowRight: [step, 0], ArrowUp: [0, -step], ArrowDown: [0, step] };
         if (event.key in moves && list[index]) {
             const [dx, dy] = moves[event.key];
-            this.commit(part, this.#dragged({ part, points: list, index, axes }, dx, dy), 'key');
-            this.choose(part, index);
+            const what = band ? { part: 'band', band, factor: STRONGER ** -dy } : { part, index };
+            this.commit(part, this.#dragged({ ...what, points: list, axes }, dx, dy), 'key');
+            this.choose(part, index, band);
+            this.#reveal();
+        } else if (event.key.toLowerCase() === 'b' && !event.ctrlKey && !event.metaKey && part === 'opacities' && list[index]) {
+            this.choose(part, index, !band);
         } else if (event.key === 'PageDown' || event.key === 'PageUp') {
             this.#chooseNext(event.key === 'PageDown' ? 1 : -1);
         } else if (event.key === 'Insert' && part !== 'isosurfaces' && list[index]) {

@@ -61,6 +61,12 @@ export function bandOf(points, index) {
     return [first, last];
 }
 
+/** The band that a point belongs to; of one without opacity, between two bands, that of the neighbour that has the more. */
+export function bandBy(points, index) {
+    const near = [index, index - 1, index + 1].filter((i) => points[i]);
+    return bandOf(points, near.reduce((best, i) => (points[i][1] > points[best][1] ? i : best)));
+}
+
 /** The band that a value lies in: that of the point beside it that has the more opacity. */
 export function bandAt(points, value) {
     const found = points.findIndex((p) => p[0] > value),

@@ -7,7 +7,7 @@ import { colorInput, numberInput, select, slider } from './controls.js';
 import { colormapGrid } from './colormaps.js';
 import { exchange } from './exchange.js';
 import { get, prefer, watch } from './store.js';
-import { bandOf, move, scaleOpacity, simplify } from './transfer-model.js';
+import { bandBy, move, scaleOpacity, simplify } from './transfer-model.js';
 
 /** The chosen point as numbers and, of a colour point, its colour. */
 function pointFields(editor) {
@@ -31,11 +31,11 @@ function pointFields(editor) {
         editor.commit(part, make(editor.data[part], index), phase);
     }
     const update = () => {
-        const { part, index } = editor.chosen,
+        const { part, index, band } = editor.chosen,
             point = editor.data[part][index];
         element.hidden = !point;
         if (!point) return;
-        which.textContent = `${NAMES[part]} ${index + 1}/${editor.data[part].length}`;
+        which.textContent = band ? `Band ${band[0] + 1}–${band[1] + 1}` : `${NAMES[part]} ${index + 1}/${editor.data[part].length}`;
         opacityField.hidden = part !== 'opacities';
         colorField.hidden = part !== 'colors';
         value.update(part === 'isosurfaces' ? point.value : point[0]);
@@ -100,7 +100,7 @@ function wholeCurve(app, editor) {
         const { part, index } = editor.chosen;
         const points = editor.data.opacities;
         if (part === 'opacities' && points[index]) {
-            const [first, last] = bandOf(points, index);
+            const [first, last] = bandBy(points, index);
             const pad = (points[last][0] - points[first][0]) * 0.3 || 1;
             editor.zoomTo(points[first][0] - pad, points[last][0] + pad);
         }
