@@ -105,8 +105,7 @@ static bool read_background(struct call *call, bool *background)
 {
     const json_t *value = json_object_get(call->json, "background");
     *background = !value || json_is_true(value);
-    return !value || json_is_boolean(value) ||
-           session_fail(call->error, PEL_ERROR_ARGUMENT, "background: it must be true or false");
+    return !value || json_is_boolean(value) || session_fail(call->error, PEL_ERROR_ARGUMENT, "background: it must be true or false");
 }
 
 bool run_picture(struct call *call)

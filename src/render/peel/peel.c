@@ -193,7 +193,9 @@ static GLuint casting_program(struct pel_peel *p, struct pel_error *error)
 /* A rectangle in dispatches of so many samples, as rays can have them, and groups, as there may be in a row. */
 static struct pel_peel_strips strips_of(const struct pel_peel *p, const struct pel_frame *frame, const int tile[4])
 {
-    struct pel_peel_strips strips = { { tile[0] / PEL_TILE_SIDE, tile[1] / PEL_TILE_SIDE }, tile[2] / PEL_TILE_SIDE, tile[3] / PEL_TILE_SIDE };
+    struct pel_peel_strips strips = { { tile[0] / PEL_TILE_SIDE, tile[1] / PEL_TILE_SIDE },
+                                      tile[2] / PEL_TILE_SIDE,
+                                      tile[3] / PEL_TILE_SIDE };
     double bounds[6], diagonal = 0;
     pel_volume_bounds(frame->scene->volume, bounds);
     for (int a = 0; a < 3; a++)
