@@ -50,7 +50,7 @@ export async function launch() {
     return driver().chromium.launch({ executablePath, args: ['--no-sandbox', '--disable-gpu', '--disable-dev-shm-usage'] });
 }
 
-/** The shipped viewer; {address, stop()}. */
+/** The shipped viewer; {address, pid, stop()}. */
 export async function view(file, ...options) {
     const child = spawn(pellucid, ['view', file, '--no-open', '--port', '0', ...options], { stdio: ['ignore', 'pipe', 'pipe'] });
     let text = '';
@@ -68,6 +68,7 @@ export async function view(file, ...options) {
     });
     return {
         address,
+        pid: child.pid,
         async stop() {
             child.kill('SIGTERM');
             const status = await Promise.race([ended, sleep(10000).then(() => 'hung')]);
