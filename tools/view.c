@@ -246,6 +246,8 @@ static int run(const struct command *command, int argc, char **argv)
     for (int i = 0; i < arguments.operand_count && !error.code; i++)
         if (stat(paths[i], &st) != 0)
             tool_fail(&error, PEL_ERROR_IO, "%.300s: %s", paths[i], strerror(errno));
+        else if (!S_ISREG(st.st_mode) && !S_ISDIR(st.st_mode)) /* a pipe could keep the viewer waiting for ever */
+            tool_fail(&error, PEL_ERROR_IO, "%.300s: it is neither a file nor a folder", paths[i]);
     if (error.code)
         return tool_report(&error);
     FILE *record = values.record[0] ? fopen(values.record, "we") : NULL;

@@ -136,7 +136,11 @@ bool run_export(struct call *call)
 
 bool run_scene(struct call *call)
 {
-    return offer(call, pel_scene_to_text(&call->session->scene, NULL, call->error), "scene.json");
+    struct pel_scene scene = call->session->scene; /* borrows its transfer function */
+    const char *slash = strrchr(scene.source.path, '/');
+    if (slash && session_is_upload(call->session, scene.source.path)) /* the user's file is not where the server keeps its copy */
+        memmove(scene.source.path, slash + 1, strlen(slash));
+    return offer(call, pel_scene_to_text(&scene, NULL, call->error), "scene.json");
 }
 
 /* ---- back and forth ---- */

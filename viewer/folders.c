@@ -43,6 +43,14 @@ bool session_is_named(struct session *s, const char *path)
     return fine;
 }
 
+bool session_is_upload(const struct session *s, const char *path)
+{
+    bool fine = false;
+    for (int i = s->named; !fine && s->paths && s->paths[i]; i++)
+        fine = is_below(path, s->paths[i]) && strcmp(path, s->paths[i]) != 0; /* a whole folder has no name of the user's */
+    return fine;
+}
+
 bool session_may_open(struct session *s, const char *path)
 {
     char *real = realpath(path, NULL);

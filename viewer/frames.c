@@ -23,18 +23,28 @@ static uint64_t counter(const struct pel_frame_stats *stats, const char *name)
     return 0;
 }
 
+/* Of a picture at rest: all of it is the background. */
+static bool shows_nothing(const struct pel_image *image)
+{
+    const size_t count = (size_t)image->width * (size_t)image->height;
+    size_t i = 0;
+    while (i < count && !(image->rgba[4 * i + 3] > 0))
+        i++;
+    return i == count;
+}
+
 static char *header_text(const struct frame_facts *f, const struct session_frame *frame, const struct pel_image *image)
 {
     const struct pel_frame_stats *stats = f->stats;
     char device[256];
     snprintf(device, sizeof device, "%s%s%s, %d thread%s", strcmp(stats->device, "cpu") ? stats->device : "CPU", stats->isa ? " " : "",
              stats->isa ? stats->isa : "", stats->threads, stats->threads == 1 ? "" : "s");
-    json_t *json =
-        json_pack("{s:I, s:s, s:s, s:[i, i], s:[i, i], s:s, s:b, s:b, s:o, s:s, s:s, s:I, s:I}", "frame", (json_int_t)frame->number, "view",
-                  f->view, "type", f->final ? "image/png" : "image/jpeg", "size", image->width, image->height, "of", f->of[0], f->of[1],
-                  "quality", f->quality, "lossless", (int)f->final, "final", (int)f->final, "camera",
-                  session_camera_json(&f->scene->camera), "technique", stats->technique ? stats->technique : "", "device", device,
-                  "samples", (json_int_t)counter(stats, "samples taken"), "averaged", (json_int_t)counter(stats, "frames averaged"));
+    json_t *json = json_pack(
+        "{s:I, s:s, s:s, s:[i, i], s:[i, i], s:s, s:b, s:b, s:b, s:o, s:s, s:s, s:I, s:I}", "frame", (json_int_t)frame->number, "view",
+        f->view, "type", f->final ? "image/png" : "image/jpeg", "size", image->width, image->height, "of", f->of[0], f->of[1], "quality",
+        f->quality, "lossless", (int)f->final, "final", (int)f->final, "empty", f->final && shows_nothing(image), "camera",
+        session_camera_json(&f->scene->camera), "technique", stats->technique ? stats->technique : "", "device", device, "samples",
+        (json_int_t)counter(stats, "samples taken"), "averaged", (json_int_t)counter(stats, "frames averaged"));
     char *text = json_dumps(json, JSON_COMPACT | JSON_REAL_PRECISION(17));
     json_decref(json);
     return text;

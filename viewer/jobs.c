@@ -4,6 +4,7 @@
  * drawn. */
 #include <math.h>
 #include <stdlib.h>
+#include <string.h>
 #include <unistd.h>
 
 #include "movie.h"
@@ -153,15 +154,21 @@ bool run_movie(struct call *call)
 bool run_cancel(struct call *call)
 {
     struct session *s = call->session;
-    session_jobs_cancel(s, call->client->number);
-    session_open_cancel(s); /* anybody's: all wait for it */
+    const char *what = NULL;
+    if (call_has(call, "what") && !(what = call_text(call, "what", 16)))
+        return false;
+    if (what && strcmp(what, "picture") != 0 && strcmp(what, "movie") != 0 && strcmp(what, "open") != 0)
+        return session_fail(call->error, PEL_ERROR_ARGUMENT, "what: \"%s\" is not \"picture\", \"movie\" or \"open\"", what);
+    session_jobs_cancel(s, call->client->number, what);
+    if (!what || strcmp(what, "open") == 0)
+        session_open_cancel(s); /* anybody's: all wait for it */
     return true;
 }
 
-void session_jobs_cancel(struct session *s, int client)
+void session_jobs_cancel(struct session *s, int client, const char *what)
 {
     for (struct session_job *job = s->jobs; job; job = job->next)
-        job->cancelled |= job->client == client;
+        job->cancelled |= job->client == client && (!what || strcmp(job->what, what) == 0);
     session_interrupt(s);
 }
 

@@ -195,7 +195,7 @@ void session_leave(struct session *s, int number)
             s->recorded++;
         }
         *client = (struct session_client) { .number = 0 };
-        session_jobs_cancel(s, number);
+        session_jobs_cancel(s, number, NULL);
         session_slices_leave(s);
         session_size_again(s);
         if (held) {

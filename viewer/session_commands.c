@@ -182,7 +182,7 @@ static const struct session_command commands[] = {
     { "slices", "at size window views ", 0, run_slices },
     { "picture", "size background ", 0, run_picture },
     { "movie", "size frames degrees format background ", 0, run_movie },
-    { "cancel", "", FREE, run_cancel },
+    { "cancel", "what ", FREE, run_cancel },
     { "scene", "", 0, run_scene },
     { "device", "device ", 0, run_device },
     { "list", "path ", FREE, run_list },

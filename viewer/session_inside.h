@@ -249,7 +249,7 @@ bool run_cancel(struct call *call);
 /* A picture beyond the machine's memory would be given by the operating system, and end the program halfway. */
 bool session_check_memory(const int size[2], struct pel_error *error);
 /* Those of one client end. */
-void session_jobs_cancel(struct session *session, int client);
+void session_jobs_cancel(struct session *session, int client, const char *what); /* NULL: all of the client's */
 /* Number of the oldest job's volume, which the renderer is to know. With the lock held. */
 uint64_t session_job_volume(const struct session *session);
 bool session_job_due(const struct session *session);
@@ -263,6 +263,8 @@ void session_jobs_finish(struct session *session);
 
 /* Is it a file that was named at the start, itself and not a folder that it is in? Without the lock. */
 bool session_is_named(struct session *session, const char *path);
+/* Is it a file that was uploaded? With the lock held. */
+bool session_is_upload(const struct session *session, const char *path);
 bool run_list(struct call *call);
 bool run_open(struct call *call);
 

@@ -495,6 +495,8 @@ with h.Folder() as folder:
     os.symlink(os.fsencode(volume), bad)
     h.fails("a name that is no text", 2, "rename it", "view", os.fsdecode(bad), "--no-open")
     h.fails("a file that is no volume", 1, "", "view", h.write(folder / "bad.nrrd", "NRRD0004\nnonsense\n"), "--no-open")
+    os.mkfifo(folder / "pipe.nrrd")
+    h.fails("a pipe", 1, "neither a file nor a folder", "view", folder / "pipe.nrrd", "--no-open")
     out = refused(folder, folder / "led", "view", folder / "bad.nrrd")
     h.check(out.returncode == 1 and out.stdout == b"" and b"bad.nrrd" in out.stderr and not os.path.exists(folder / "led"),
             "the error of a file comes before an address, and in place of a browser", out)

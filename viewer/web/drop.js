@@ -13,6 +13,9 @@ const HEAD_BYTES = 65536;
 const RANK = { scene: 0, header: 1, volume: 2, other: 3, preset: 4 };
 const VOLUME = /\.(json|nrrd|nhdr|mha|mhd|nii|hdr|vti|vtk|tiff?|dcm)(\.gz)?$/i;
 
+/** A name of the same folder, without what says so. */
+const plain = (name) => name.replace(/^(\.\/+)+/, '');
+
 /** The names between two numbers of a pattern "slice%03d.raw 1 20 2". */
 function numbered(pattern) {
     const [, name, from, to, by] = /^(\S.*?)\s+(-?\d+)\s+(-?\d+)(?:\s+(-?\d+))?/.exec(pattern) ?? [];
@@ -29,15 +32,20 @@ function namedIn(text) {
     const [head] = text.startsWith('NRRD') ? text.split(/\r?\n\r?\n/) : [text];
     const found = /^(?:ElementDataFile[ \t]*=|data ?file:)[ \t]*(.+?)[ \t]*$/im.exec(head);
     if (!found || found[1] === 'LOCAL') return [];
-    if (/^LIST\b/.test(found[1])) return head.slice(found.index + found[0].length).split(/\r?\n/).map((line) => line.trim()).filter(Boolean);
-    return found[1].includes('%') ? numbered(found[1]) : [found[1]];
+    const names = /^LIST\b/.test(found[1])
+        ? head.slice(found.index + found[0].length).split(/\r?\n/).map((line) => line.trim()).filter(Boolean)
+        : found[1].includes('%')
+          ? numbered(found[1])
+          : [found[1]];
+    return names.map(plain);
 }
 
 /** What a scene says of its volume, where it names one that may be beside it. */
 function volumeOf(text) {
     try {
-        const path = JSON.parse(text)?.volume?.path;
-        return typeof path === 'string' && !path.includes('/') ? [path] : [];
+        const path = JSON.parse(text)?.volume?.path,
+            name = typeof path === 'string' ? plain(path) : '/';
+        return name.includes('/') ? [] : [name];
     } catch {
         return []; /* the session says in words what is wrong with it */
     }

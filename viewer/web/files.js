@@ -61,7 +61,7 @@ function some(names) {
 async function take(app, given) {
     try {
         const { send, whole, preset, left } = await plan(await given);
-        if (left.length) app.messages.tell(`${send[0].name} is opened; what it does not need is left out: ${some(left)}.`);
+        if (left.length) app.messages.tell(`Only ${send[0].name} and what it needs are taken; left out: ${some(left)}.`);
         if (preset !== undefined) {
             importColors(app, preset, send[0].name);
             return;

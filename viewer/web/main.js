@@ -181,7 +181,7 @@ const told = {
         if (what === 'open' && done >= 1 && !get('volume')) nothingOpen(); /* it failed */
         else if (what === 'open') set({ empty: false });
         if (done >= 1) app.progress.hide(what);
-        else app.progress.show(what, JOBS[what] ?? what, done, () => connection.send({ do: 'cancel' }));
+        else app.progress.show(what, JOBS[what] ?? what, done, () => connection.send({ do: 'cancel', what }));
     },
 };
 connection.addEventListener('event', ({ detail }) => told[detail.event]?.(detail));
@@ -202,7 +202,10 @@ connection.addEventListener('frame', async ({ detail: { header, picture: data } 
     if (header.view === 'main' && target) {
         const latencies = connection.latencies(header.id);
         meter.frame(performance.now(), latencies);
-        set({ frame: { header, latencies, fps: meter.fps, latency: meter.latency } });
+        const before = get('frame')?.header;
+        if (header.empty && !before?.empty)
+            app.messages.tell('There is nothing to be seen in the picture: look at the opacities, isovalues, clipping, voids or the camera.');
+        set({ frame: { header: { ...header, empty: header.final ? header.empty : before?.empty }, latencies, fps: meter.fps, latency: meter.latency } });
         document.body.classList.add('has-picture');
     }
 });
