@@ -37,6 +37,9 @@ def alone(viewer, client, data):
     path = answer["path"]
     h.check(os.path.basename(path) == "another one.nrrd", "keeps its name", path)
     h.check(opened(client, path).get("path") == path, "and is opened")
+    offered = client.answer(client.command("scene"), "download")
+    scene = json.loads(viewer.get(offered["url"])[2])
+    h.check(scene["volume"]["path"] == "another one.nrrd", "a scene of it names the user's file", scene["volume"])
     for name in ("", "..", ".hidden", "a%22b", "%0a", "%ff.nrrd"):
         h.check(send(viewer, name, b"x")[0] in (400, 403), "no file is called %r" % name)
     status, answer = send(viewer, "..%2f..%2fx.nrrd", data)

@@ -162,6 +162,7 @@ static const char *const bad[] = {
     "{\"do\":\"movie\",\"size\":[8192,4096],\"frames\":10,\"degrees\":360}",
     "{\"do\":\"movie\",\"size\":[64,64],\"frames\":2,\"format\":\"gif\"}",
     "{\"do\":\"movie\",\"size\":[64,64],\"frames\":2,\"format\":7}",
+    "{\"do\":\"cancel\",\"what\":\"probe\"}",
     "{\"do\":\"movie\",\"size\":[64,64],\"frames\":2,\"background\":false}",
     "{\"do\":\"movie\",\"size\":[64,64],\"frames\":2,\"format\":\"png\",\"background\":1}",
     "{\"do\":\"list\",\"path\":\"\"}",
@@ -461,10 +462,11 @@ static void test_cancel(void **state)
     start(&face);
     say(&face, 1, "{\"do\":\"hold\"}"); /* so that it cannot be drawn yet */
     assert_true(say(&face, 1, "{\"do\":\"movie\",\"size\":[64,48],\"frames\":3600,\"degrees\":360,\"id\":8}"));
-    assert_true(say(&face, 1, "{\"do\":\"cancel\"}"));
+    assert_true(say(&face, 1, "{\"do\":\"picture\",\"size\":[32,32],\"id\":9}"));
+    assert_true(say(&face, 1, "{\"do\":\"cancel\",\"what\":\"movie\"}"));
     say(&face, 1, "{\"do\":\"release\"}");
     session_settle(face.session, true);
-    assert_null(last(&face, "download"));
+    assert_int_equal(json_integer_value(json_object_get(last(&face, "download"), "id")), 9); /* the picture was not meant */
     assert_int_equal(json_integer_value(json_object_get(last(&face, "error"), "id")), 8);
     assert_string_equal(json_string_value(json_object_get(last(&face, "error"), "code")), "cancelled");
     finish(&face);

@@ -99,6 +99,8 @@ test('a header and its data are opened, in whichever order', async () => {
     await shown('pair.nhdr', [6, 5, 4]);
     await drop(write('pair.mhd', meta([4, 5, 6], 'pair.raw')), data);
     await shown('pair.mhd', [4, 5, 6]);
+    await drop(data, write('here.nhdr', nrrd([5, 6, 4], 'data file: ./pair.raw')));
+    await shown('here.nhdr', [5, 6, 4]);
     await drop(write('brain.img', ramp([7, 4, 3])), write('brain.hdr', analyze([7, 4, 3])));
     await shown('brain.hdr', [7, 4, 3]);
     await face.rest();

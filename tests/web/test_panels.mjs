@@ -66,6 +66,16 @@ test('the status line says when the picture is at rest', async () => {
     await page.waitForSelector('.status-quality:text-is("at rest")', { timeout: 60000 });
 });
 
+test('a picture of nothing is told in words, once', async () => {
+    const opacities = face.scene.transfer.opacities.map(([value]) => [value, 0]);
+    await face.send({ do: 'set', scene: { transfer: { opacities } } });
+    await page.waitForSelector('.message:has-text("There is nothing to be seen in the picture")', { timeout: 60000 });
+    assert((await face.rest()).header.empty, 'the frame does not say so');
+    await face.send({ do: 'undo' });
+    await face.until(() => face.scene.transfer.opacities.some(([, opacity]) => opacity > 0), 'the opacities');
+    assert(!(await face.rest()).header.empty, 'the frame says so still');
+});
+
 test('a slice is zoomed, panned, made large and whole again', async () => {
     await open('slices');
     await page.click('#panel-slices [aria-label="Show three slices"]');
