@@ -10,17 +10,9 @@
 
 import os from 'node:os';
 import path from 'node:path';
-import { fileURLToPath } from 'node:url';
+import { begin } from './viewer_harness.mjs';
 
-const root = path.join(path.dirname(fileURLToPath(import.meta.url)), '..');
-const words = process.argv.slice(2);
-const option = (name, fallback) => (words.includes(`--${name}`) ? Number(words.splice(words.indexOf(`--${name}`), 2)[1]) : fallback);
-const [size, seconds, rounds] = [option('size', 768), option('seconds', 5), option('rounds', 3)];
-const [build = 'build', given] = words;
-/* The harness of the tests reads its three words from the command line. */
-process.argv.splice(2, Infinity, path.resolve(build, 'tools/pellucid'), root, path.resolve(build, 'tests/web/packages'));
-const { data, launch, sleep, view } = await import('../tests/web/harness.mjs');
-const file = given ?? path.join(data, 'aneurism.nrrd');
+const { launch, sleep, view, file, size, seconds, rounds } = await begin({ size: 768, seconds: 5, rounds: 3 });
 
 const quantile = (values, q) => {
     const sorted = [...values].sort((a, b) => a - b);

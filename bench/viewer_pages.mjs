@@ -11,17 +11,9 @@ import { createHash } from 'node:crypto';
 import { readFileSync } from 'node:fs';
 import os from 'node:os';
 import path from 'node:path';
-import { fileURLToPath } from 'node:url';
+import { begin } from './viewer_harness.mjs';
 
-const root = path.join(path.dirname(fileURLToPath(import.meta.url)), '..');
-const words = process.argv.slice(2);
-const option = (name, fallback) => (words.includes(`--${name}`) ? Number(words.splice(words.indexOf(`--${name}`), 2)[1]) : fallback);
-const [pages, seconds, size] = [option('pages', 8), option('seconds', 600), option('size', 768)];
-const [build = 'build', given] = words;
-/* The harness of the tests reads its three words from the command line. */
-process.argv.splice(2, Infinity, path.resolve(build, 'tools/pellucid'), root, path.resolve(build, 'tests/web/packages'));
-const { data, launch, sleep, view } = await import('../tests/web/harness.mjs');
-const file = given ?? path.join(data, 'aneurism.nrrd');
+const { launch, sleep, view, file, pages, seconds, size } = await begin({ pages: 8, seconds: 600, size: 768 });
 
 /** In the page: what its socket sends and gets. */
 function watchSocket() {
