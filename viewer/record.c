@@ -78,8 +78,7 @@ static bool add_files(struct recording *r, const json_t *list, struct pel_error 
     r->files = calloc(count + 1, sizeof *r->files);
     if (!r->files)
         return session_fail(error, PEL_ERROR_MEMORY, "no memory for the recording");
-    json_array_foreach(list, i, path)
-    {
+    json_array_foreach(list, i, path) {
         if (!json_is_string(path))
             return session_fail(error, PEL_ERROR_FORMAT, "files: entry %zu is no text", i + 1);
         if (!(r->files[i] = strdup(json_string_value(path))))

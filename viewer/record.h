@@ -39,12 +39,12 @@ struct recording {
         int client;      /* 0: to be left out, for nothing came of it */
         json_t *command; /* owned; NULL: the client leaves */
         bool aside;
-    } * commands;        /* owned */
+    } *commands;         /* owned */
     size_t error_count;
     struct recorded_error {
         int client;
         char command[32];
-    } * errors; /* owned */
+    } *errors; /* owned */
 };
 bool recording_read(const char *path, struct recording *recording, struct pel_error *error);
 void recording_finish(struct recording *recording); /* accepts a zeroed one */

@@ -202,10 +202,9 @@ static bool check(const struct call *call, const struct session_command *command
 {
     const char *key;
     json_t *value;
-    json_object_foreach((json_t *)call->json, key,
-                        value) if (!has_word("do id gesture ", key) &&
-                                   !has_word(command->keys, key)) return session_fail(call->error, PEL_ERROR_ARGUMENT,
-                                                                                      "%.60s: %s has no such key", key, command->name);
+    json_object_foreach((json_t *)call->json, key, value)
+        if (!has_word("do id gesture ", key) && !has_word(command->keys, key))
+            return session_fail(call->error, PEL_ERROR_ARGUMENT, "%.60s: %s has no such key", key, command->name);
     if (!call->client->greeted && !(command->flags & FIRST))
         return session_fail(call->error, PEL_ERROR_ARGUMENT, "the first command of a client is hello");
     if (!call->session->volume && !(command->flags & FREE))

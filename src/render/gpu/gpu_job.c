@@ -133,8 +133,8 @@ bool pel_gpu_job_send(struct pel_device *device, const struct pel_gpu_job *job, 
 /* The five rows' worth of one entry, TABLE_WIDTH apart. */
 static void put_entry(const struct pel_classification_state *t, size_t i, float (*to)[4])
 {
-    float(*step)[4] = to, (*point)[4] = to + TABLE_WIDTH, (*sums)[4] = to + 2 * TABLE_WIDTH, (*extinction)[4] = to + 3 * TABLE_WIDTH,
-    (*slab)[4] = to + 4 * TABLE_WIDTH;
+    float (*step)[4] = to, (*point)[4] = to + TABLE_WIDTH, (*sums)[4] = to + 2 * TABLE_WIDTH, (*extinction)[4] = to + 3 * TABLE_WIDTH,
+          (*slab)[4] = to + 4 * TABLE_WIDTH;
     for (int c = 0; c < 3; c++) {
         (*step)[c] = t->alpha_color[c][i];
         (*point)[c] = t->color[c][i];
@@ -152,7 +152,7 @@ bool pel_gpu_tables_send(struct pel_device *device, const struct pel_classificat
 {
     size_t count = t->table.count, levels = (size_t)t->table.range.levels, row = count * levels; /* count: a multiple of TABLE_WIDTH */
     int height = (int)(count / TABLE_WIDTH) * TABLE_ROWS;
-    float(*entries)[4] = pel_alloc_aligned(count * TABLE_ROWS, sizeof *entries, "look-up table", error);
+    float (*entries)[4] = pel_alloc_aligned(count * TABLE_ROWS, sizeof *entries, "look-up table", error);
     int32_t *range = entries ? pel_alloc_aligned(row + 2, sizeof *range, "range table", error) : NULL;
     bool ok = range && pel_texture_reserve(device, to, GL_RGBA32F, TABLE_WIDTH, height, 0, GL_NEAREST, error);
     if (ok) {
