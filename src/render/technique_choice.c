@@ -54,10 +54,10 @@ bool pel_technique_check(const struct pel_scene *scene, bool gpu, struct pel_err
     const struct pel_technique *const *t = pel_techniques;
     if (!scene->technique.name[0])
         return true; /* ray casting draws all */
-    if (!pel_technique_find(scene->technique.name))
-        return refuse_name(scene->technique.name, error);
-    while (strcmp((*t)->info.name, scene->technique.name) != 0)
+    while (*t && strcmp((*t)->info.name, scene->technique.name) != 0)
         t++;
+    if (!*t)
+        return refuse_name(scene->technique.name, error);
     const struct pel_technique_info *info = &(*t)->info;
     gpu &= (info->engines & PEL_ENGINE_GPU) != 0;
     if (!gpu && !(info->engines & PEL_ENGINE_CPU))

@@ -5,7 +5,7 @@
 #include "surface.glsl"
 
 ivec3 cell;       // of voxels, into which the ray comes next
-ivec3 heading;     // 1 or -1 along each axis, as the ray goes
+ivec3 heading;    // 1 or -1 along each axis, as the ray goes
 bvec3 across;     // the axis along which it comes into the cell
 bool faced;       // whether the voxels of the face by which it comes are known, from the cell before
 vec3 corner;      // of the cell that was taken last
@@ -15,23 +15,13 @@ bool carried;     // whether the value where the ray came in is known from the c
 float carry;      // and that value, or one on the same side of all isovalues
 vec4 cubic;       // c0 + c1 u + c2 u^2 + c3 u^3, u from 0 to 1 on the way through the cell
 
-float at_voxel(ivec3 at)
-{
-    float raw = texel_to_raw(texelFetch(volume, at - FIRST_VOXEL, 0).r);
-#ifdef VOIDS
-    if (!(abs(raw) <= 3.4e38) || abs(raw - job.raw.z) <= job.raw.w)
-        return nan();
-#endif
-    return raw;
-}
-
 // Takes the voxels of one face, that which lies onwards; those of the face that it was before become those of the face behind. Two cells have a face in common: four voxels are fetched, not eight.
 void take_face()
 {
     ivec3 steps = heading * min(job.dims.xyz - 1, ivec3(1)), behind = cell + max(-steps, ivec3(0));
     ivec3 first = behind + mix(ivec3(0), steps, bvec3(faced && across.x, faced && across.y, faced && across.z));
     ivec3 u = across.x ? ivec3(0, steps.y, 0) : ivec3(steps.x, 0, 0), v = across.z ? ivec3(0, steps.y, 0) : ivec3(0, 0, steps.z);
-    vec4 face = vec4(at_voxel(first), at_voxel(first + u), at_voxel(first + v), at_voxel(first + u + v));
+    vec4 face = vec4(voxel_within(first), voxel_within(first + u), voxel_within(first + v), voxel_within(first + u + v));
     if (across.x) {
         low = vec4(low.y, face.x, low.w, face.y);
         high = vec4(high.y, face.z, high.w, face.w);

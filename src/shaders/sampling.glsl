@@ -20,15 +20,21 @@ float texel_to_raw(float texel)
     return texel * job.raw.x + job.raw.y;
 }
 
-// One voxel, the last one again beyond the ends.
-float voxel(ivec3 at)
+// One voxel of the volume.
+float voxel_within(ivec3 at)
 {
-    float raw = texel_to_raw(texelFetch(volume, clamp(at, ivec3(0), job.dims.xyz - 1) - FIRST_VOXEL, 0).r);
+    float raw = texel_to_raw(texelFetch(volume, at - FIRST_VOXEL, 0).r);
 #ifdef VOIDS
     if (!(abs(raw) <= 3.4e38) || abs(raw - job.raw.z) <= job.raw.w)
         return nan();
 #endif
     return raw;
+}
+
+// The last one again beyond the ends.
+float voxel(ivec3 at)
+{
+    return voxel_within(clamp(at, ivec3(0), job.dims.xyz - 1));
 }
 
 float linear(vec3 p)

@@ -120,4 +120,6 @@ void march_place(const Ray r)
     }
 }
 
+#undef COUNT_IN_BOX // samples that tiles without rays leave out are not counted, so the others need not be
+#define COUNT_IN_BOX(more)
 #include "march.glsl"
