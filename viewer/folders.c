@@ -43,12 +43,19 @@ bool session_is_named(struct session *s, const char *path)
     return fine;
 }
 
+/* The uploaded folder that a path is in, or is; NULL: none. With the lock held. */
+static const char *upload_of(const struct session *s, const char *real)
+{
+    for (int i = s->named; s->paths && s->paths[i]; i++)
+        if (is_below(real, s->paths[i]))
+            return s->paths[i];
+    return NULL;
+}
+
 bool session_is_upload(const struct session *s, const char *path)
 {
-    bool fine = false;
-    for (int i = s->named; !fine && s->paths && s->paths[i]; i++)
-        fine = is_below(path, s->paths[i]) && strcmp(path, s->paths[i]) != 0; /* a whole folder has no name of the user's */
-    return fine;
+    const char *upload = upload_of(s, path);
+    return upload && strcmp(path, upload) != 0; /* a whole folder has no name of the user's */
 }
 
 bool session_may_open(struct session *s, const char *path)
@@ -64,11 +71,8 @@ bool session_may_open(struct session *s, const char *path)
 bool session_may_read(struct session *s, const char *header, const char *path)
 {
     char *real = realpath(path, NULL), *from = realpath(header, NULL);
-    const char *upload = NULL;
     pthread_mutex_lock(&s->lock);
-    for (char **at = s->paths ? s->paths + s->named : NULL; from && at && *at; at++)
-        if (is_below(from, *at))
-            upload = *at;
+    const char *upload = from ? upload_of(s, from) : NULL;
     bool fine = real && (upload ? is_below(real, upload) : is_allowed(s, real));
     pthread_mutex_unlock(&s->lock);
     free(from);
@@ -277,8 +281,7 @@ static json_t *list_named(struct session *s)
     for (char **path = s->paths; path && *path; path++)
         add(names, json_string(*path));
     pthread_mutex_unlock(&s->lock);
-    json_array_foreach(names, i, name)
-    {
+    json_array_foreach(names, i, name) {
         const char *path = json_string_value(name);
         if (i < named)
             add(list, entry_json(path, last_part(path), true));

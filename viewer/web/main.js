@@ -191,6 +191,7 @@ connection.addEventListener('link', ({ detail }) => {
     edits.drop();
     for (const what of Object.keys(JOBS)) app.progress.hide(what);
 });
+let empty = false; /* the last picture at rest: it is told once */
 connection.addEventListener('frame', async ({ detail: { header, picture: data } }) => {
     const target = header.view === 'main' ? picture : app.slices.pictures[header.view];
     try {
@@ -202,10 +203,10 @@ connection.addEventListener('frame', async ({ detail: { header, picture: data } 
     if (header.view === 'main' && target) {
         const latencies = connection.latencies(header.id);
         meter.frame(performance.now(), latencies);
-        const before = get('frame')?.header;
-        if (header.empty && !before?.empty)
+        if (header.empty && !empty)
             app.messages.tell('There is nothing to be seen in the picture: look at the opacities, isovalues, clipping, voids or the camera.');
-        set({ frame: { header: { ...header, empty: header.final ? header.empty : before?.empty }, latencies, fps: meter.fps, latency: meter.latency } });
+        if (header.final) empty = header.empty;
+        set({ frame: { header, latencies, fps: meter.fps, latency: meter.latency } });
         document.body.classList.add('has-picture');
     }
 });
